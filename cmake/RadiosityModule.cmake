@@ -1,0 +1,26 @@
+# radiosity_module(NAME SOURCES ... DEPENDS modules... PUBLIC targets... PRIVATE targets...)
+# A library radiosity_NAME with the alias radiosity::NAME: public headers in include/, everything else in src/.
+function(radiosity_module name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS;PUBLIC;PRIVATE" ${ARGN})
+  set(target radiosity_${name})
+  add_library(${target} ${ARG_SOURCES})
+  add_library(radiosity::${name} ALIAS ${target})
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON)
+  target_include_directories(
+    ${target}
+    PUBLIC $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>
+           $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>
+    PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/src)
+  foreach(module IN LISTS ARG_DEPENDS)
+    target_link_libraries(${target} PUBLIC radiosity_${module})
+  endforeach()
+  target_link_libraries(${target} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
+  radiosity_compile_options(${target})
+endfunction()
+
+function(radiosity_compile_options target)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wconversion -Wshadow)
+  if(RADIOSITY_WARNINGS_AS_ERRORS)
+    target_compile_options(${target} PRIVATE -Werror)
+  endif()
+endfunction()

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "radiosity/formfactors/form_factor_matrix.hpp"
+#include "radiosity/formfactors/form_factor_method.hpp"
+#include "radiosity/meshing/progress.hpp"
+
+namespace radiosity {
+
+struct AssemblyOptions {
+  bool close = true;  ///< restore reciprocity and closure of methods that are not exact
+  std::size_t memory_limit_bytes =
+      0;  ///< of F; 0: none. Exceeding it throws InputError before it is allocated.
+  Progress progress = {};
+};
+
+/// Errors that F itself shows. They prove nothing about single entries: a hemicube's rows close to 1e-8 while
+/// its factors are 2 % wrong.
+struct FormFactorQuality {
+  double closure_error_max = 0;      ///< max_i |Σ_j F_ij − (1 − escaped_i)|
+  double closure_error_mean = 0;     ///< area-weighted mean of the same
+  double reciprocity_error_max = 0;  ///< max_i Σ_j |F_ij − F_ji A_j/A_i| / 2
+};
+
+struct AssemblyReport {
+  bool completed = true;            ///< false: `progress` asked to stop, rows not reached are empty
+  bool closed_scene = false;        ///< no ray got out and none met a back: every row sums to 1
+  bool closed_rows = false;         ///< reciprocity and closure were restored
+  FormFactorQuality before, after;  ///< equal where nothing was restored
+  double escaped_mean = 0;          ///< area-weighted mean of 1 − Σ_j F_ij
+  Index blind_patches = 0;          ///< see no patch at all
+  std::uint64_t rays = 0;
+  std::vector<std::string> warnings;
+};
+
+/// All rows of F. Rows are computed in parallel in blocks of fixed size, so the bits do not depend on the
+/// number of threads. Then, unless the method is exact or `close` is off,
+///   S_ij = (A_i F_ij + A_j F_ji) / 2,   S ← D S D   with D diagonal such that Σ_j S_ij = A_i (1 −
+///   escaped_i),
+/// a symmetric Sinkhorn scaling [Knight2008] that keeps zeros and signs; what remains goes to the matrix's
+/// diagonal.
+FormFactorMatrix assemble(const FormFactorMethod& method, const Visibility& visibility,
+                          const AssemblyOptions& options = {}, AssemblyReport* report = nullptr);
+
+/// F that is never stored: each row is computed when a solver asks for it. Rows of methods that are not exact
+/// are scaled to 1 − escaped_i, so that a shooter loses no energy; reciprocity is as good as the method makes
+/// it.
+class RowsOnDemand final : public FormFactors {
+ public:
+  /// Both must outlive this object.
+  RowsOnDemand(const FormFactorMethod& method, const Visibility& visibility);
+
+  Index size() const override;
+  FormFactorRow row(Index i, RowBuffer& buffer) const override;
+  bool stored() const override { return false; }
+  /// Known for the rows computed so far, 0 for the others.
+  double escaped(Index i) const override { return escaped_[static_cast<std::size_t>(i)].load(); }
+
+ private:
+  const FormFactorMethod& method_;
+  const Visibility& visibility_;
+  std::unique_ptr<std::atomic<double>[]> escaped_;
+};
+
+}  // namespace radiosity

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "radiosity/formfactors/visibility.hpp"
+#include "radiosity/meshing/patch_mesh.hpp"
+
+namespace radiosity {
+
+struct FormFactorOptions {
+  Index samples =
+      0;  ///< rays per patch (hemisphere), shadow rays per doubtful pair (analytic); 0: the default
+  Index resolution = 0;    ///< cells along an edge of the hemicube's top; 0: the default
+  std::uint64_t seed = 1;  ///< of the streams of random numbers, one stream per patch
+};
+
+/// A way to compute form factors. One object serves one mesh; it keeps references to the mesh and the
+/// visibility it was made with. Methods only fill rows: threads, symmetry, closure, storage and their
+/// measurement are the duty of `assemble` and `RowsOnDemand`, which all methods share.
+class FormFactorMethod {
+ public:
+  virtual ~FormFactorMethod() = default;
+
+  /// Receives one row: F_ij for j = columns[k], ascending, zeros left out, and what the method saw leave
+  /// through open sides or end on the backs of patches. A method that cannot tell (it looks at pairs, not at
+  /// directions) passes escaped < 0. Called once per row asked for, from the thread that asked.
+  using Sink = std::function<void(Index row, std::span<const Index> columns, std::span<const double> values,
+                                  double escaped)>;
+
+  /// Fills rows [first, last). Where `upper` is set, only entries with column > row are wanted: the others
+  /// follow by reciprocity (only for methods that are `reciprocal`). Thread-safe; the answer for a row
+  /// depends neither on the other rows of the call nor on the thread.
+  virtual void rows(Index first, Index last, bool upper, const Sink& sink) const = 0;
+
+  /// A_i F_ij = A_j F_ji holds to rounding by construction, so half of F is enough.
+  virtual bool reciprocal() const = 0;
+
+  /// The entries are exact up to rounding for this mesh; closing their rows would only blur them.
+  virtual bool exact() const = 0;
+
+  /// Rays cast so far.
+  std::uint64_t rays() const { return rays_.load(std::memory_order_relaxed); }
+
+ protected:
+  void count_rays(std::uint64_t n) const { rays_.fetch_add(n, std::memory_order_relaxed); }
+
+ private:
+  mutable std::atomic<std::uint64_t> rays_{0};
+};
+
+/// A row of the table of methods.
+struct FormFactorMethodInfo {
+  std::string_view name;
+  std::string_view summary;   ///< one line for --help
+  std::string_view citation;  ///< keys of references.bib
+  std::string_view setting;   ///< the option that trades its speed for accuracy: "samples" or "resolution"
+  Index default_setting;
+  std::unique_ptr<FormFactorMethod> (*make)(const Visibility& visibility, const FormFactorOptions& options);
+};
+
+/// All methods. Tests, benchmarks and the command line read this table.
+std::span<const FormFactorMethodInfo> form_factor_methods();
+
+/// Throws InputError that lists the names there are.
+const FormFactorMethodInfo& find_form_factor_method(std::string_view name);
+
+}  // namespace radiosity

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <memory>
+#include <span>
+
+#include "radiosity/meshing/patch_mesh.hpp"
+
+namespace radiosity {
+
+/// Who sees whom. Patches are opaque; the back of a patch blocks light and returns none. Thread-safe.
+///
+/// Rays are cast in single precision on geometry that is recentred and scaled to unit size, so that neither
+/// map coordinates nor the unit of length matter. A ray that starts on a patch passes through every patch in
+/// the same plane (a box's bottom on the floor): what lies in a plane is never in front of it.
+class Visibility {
+ public:
+  /// The mesh must outlive this object.
+  explicit Visibility(const PatchMesh& mesh);
+  ~Visibility();
+  Visibility(const Visibility&) = delete;
+  Visibility& operator=(const Visibility&) = delete;
+
+  const PatchMesh& mesh() const { return mesh_; }
+
+  /// No patch can stand between two others: all lie on or in front of the planes of all others, so the
+  /// scene is (part of) the boundary of a convex room and no ray is needed.
+  bool convex() const { return convex_; }
+
+  static constexpr Index kNothing = -1;  ///< the ray leaves the scene
+  static constexpr Index kBack = -2;     ///< the ray ends on the back of a patch
+
+  /// Up to 16 rays that start on one patch.
+  struct Packet {
+    Index from = 0;  ///< the patch they start on
+    int count = 0;
+    alignas(64) std::array<float, 16> x, y, z;     ///< origins, in scaled coordinates (see `scaled`)
+    alignas(64) std::array<float, 16> dx, dy, dz;  ///< directions, any length
+    alignas(64) std::array<Index, 16> hit;         ///< out: patch seen from its front, kNothing or kBack
+  };
+  void first_hits(Packet& packet) const;
+
+  /// Position in the unit-size coordinates of the rays.
+  Vec3 scaled(const Vec3& x) const { return (x - centre_) * scale_; }
+
+  /// Whether x on patch i and y on patch j see each other: both in front of the other's plane and nothing
+  /// between. Symmetric: visible(x, i, y, j) == visible(y, j, x, i), to the bit.
+  bool visible(const Vec3& x, Index i, const Vec3& y, Index j) const;
+
+  struct Hit {
+    Index patch = kNothing;  ///< whichever side it shows
+    bool front = false;
+    double distance = 0;  ///< in lengths of `direction`
+  };
+  /// What a ray from anywhere, such as a camera, meets first.
+  Hit first_hit(const Vec3& origin, const Vec3& direction) const;
+
+ private:
+  struct Impl;
+  const PatchMesh& mesh_;
+  Vec3 centre_;
+  double scale_;
+  bool convex_;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace radiosity

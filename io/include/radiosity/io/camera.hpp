@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "radiosity/meshing/types.hpp"
+
+namespace radiosity {
+
+/// A pinhole camera. Lengths in metres.
+struct Camera {
+  Vec3 position{0, 0, 0};
+  Vec3 target{0, 0, -1};
+  Vec3 up{0, 1, 0};  ///< need not be perpendicular to the line of sight, only not parallel to it
+  double vertical_fov_deg = 40;
+};
+
+}  // namespace radiosity

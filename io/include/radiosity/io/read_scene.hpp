@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "radiosity/io/camera.hpp"
+#include "radiosity/meshing/make_patches.hpp"
+#include "radiosity/meshing/scene.hpp"
+
+namespace radiosity {
+
+/// What a scene file may set beside the scene itself. Absent: the default of the part concerned.
+struct SceneSettings {
+  std::optional<PatchOptions> patches;
+  std::optional<std::string> method;
+  std::optional<Index> samples, resolution;
+  std::optional<std::uint64_t> seed;
+  std::optional<std::string> solver;
+  std::optional<double> tolerance;
+  std::optional<Index> max_iterations;
+  std::optional<Camera> camera;
+};
+
+struct LoadedScene {
+  Scene scene;
+  SceneSettings settings;
+  std::filesystem::path mesh_file;    ///< the mesh itself, where SCENE is a scene file that names it
+  std::vector<std::string> warnings;  ///< what was odd about the file: a sentence each
+};
+
+/// Reads a mesh (.obj .ply .stl .off .gltf .glb .dae .ifc .vtp .vtu …) or a scene file (.toml) that names one
+/// and adds what a mesh cannot say; see docs/formats.md. Coordinates end in metres. A mesh without materials
+/// gets one material, "default", with reflectance 0.5 and no emission. Throws IoError (missing file, unknown
+/// extension, cannot be parsed) or InputError (breaks a rule); the message names file, line where there is
+/// one, object, value and rule.
+LoadedScene read_scene(const std::filesystem::path& file);
+
+/// Throws InputError, saying how to add a lamp, when no material in use emits.
+void require_emission(const Scene& scene, const std::filesystem::path& file);
+
+}  // namespace radiosity

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "radiosity/formfactors/assemble.hpp"
+#include "radiosity/meshing/make_patches.hpp"
+#include "radiosity/solver/solution.hpp"
+
+namespace radiosity {
+
+/// REPORT.json as a value. Parts that a command did not reach are absent from the file.
+struct Report {
+  std::string version, command;
+  bool converged = false;
+
+  struct SceneFacts {
+    std::string file;
+    Index surfaces = 0, patches = 0, bands = 0;
+    double area_m2 = 0;
+    Vec3 lower, upper;
+    Repairs repairs;
+    std::vector<std::string> warnings;
+  };
+  std::optional<SceneFacts> scene;
+
+  /// What the scene did not need, and why: a sentence each.
+  struct Modelled {
+    Index bands = 0;
+    bool occlusion = true;
+    std::vector<std::string> left_out;
+  };
+  std::optional<Modelled> modelled;
+
+  struct FormFactorFacts {
+    std::string method, storage;  ///< storage: dense | sparse | rows
+    std::vector<std::pair<std::string, double>> parameters;
+    std::size_t nonzeros = 0, bytes = 0;
+    AssemblyReport assembly;
+  };
+  std::optional<FormFactorFacts> form_factors;
+
+  struct SolverFacts {
+    std::string name;
+    double tolerance = 0;
+    SolveReport report;
+  };
+  std::optional<SolverFacts> solver;
+  std::optional<EnergyBalance> energy;
+
+  struct Seconds {
+    double read = 0, mesh = 0, form_factors = 0, solve = 0, write = 0, total = 0;
+  } seconds;
+  std::uint64_t peak_memory_bytes = 0;
+};
+
+/// Writes the JSON with the stable names of docs/formats.md. Throws IoError when it cannot be written.
+void write_report(const std::filesystem::path& file, const Report& report);
+
+/// Largest resident memory of this process so far.
+std::uint64_t peak_memory_bytes();
+
+}  // namespace radiosity

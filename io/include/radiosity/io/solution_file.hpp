@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "radiosity/meshing/patch_mesh.hpp"
+#include "radiosity/solver/solution.hpp"
+
+namespace radiosity {
+
+/// Where a result came from; written as field data.
+struct Provenance {
+  std::string version, command, method, solver;
+  bool converged = true;
+};
+
+/// Writes a .vtp that ParaView opens without a plug-in. Cell arrays radiosity, irradiance, emission,
+/// reflectance (components = bands), area, surface, material (index; names as field data material_names);
+/// point arrays radiosity, display_rgb; field data version, command, method, solver, converged, residual,
+/// exposure, units. The file appears under its name only when complete. Throws IoError when it cannot be
+/// written.
+void write_solution(const std::filesystem::path& file, const PatchMesh& mesh, const Solution& solution,
+                    const Provenance& provenance, double exposure);
+
+/// A solved .vtp, read back.
+struct SolvedMesh {
+  PatchMesh mesh;
+  BandArray patch_radiosity;   ///< n × bands, W/m²
+  BandArray vertex_radiosity;  ///< vertices × bands, W/m²
+  std::optional<double> exposure;
+};
+
+/// Throws IoError when the file is not one of ours (no radiosity arrays).
+SolvedMesh read_solution(const std::filesystem::path& file);
+
+/// A .pvd that ParaView plays as an animation: one .vtp per step, in a folder named like the .pvd beside it.
+/// Time in the .pvd is the number of iterations (gathering) or shots (shooting).
+class SolutionSeries {
+ public:
+  SolutionSeries(std::filesystem::path pvd_file, const PatchMesh& mesh);
+  /// Radiosity per patch; vertex values are reconstructed. The exposure of the whole series is the one given
+  /// first.
+  void add(double time, const BandArray& patch_radiosity, double exposure);
+  /// Writes the .pvd; without it nothing was promised.
+  void finish();
+
+ private:
+  std::filesystem::path file_;
+  const PatchMesh& mesh_;
+  std::vector<std::pair<double, std::string>> steps_;
+};
+
+}  // namespace radiosity

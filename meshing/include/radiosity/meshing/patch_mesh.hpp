@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "radiosity/meshing/material.hpp"
+#include "radiosity/meshing/types.hpp"
+
+namespace radiosity {
+
+/// The patches: planar polygons (nearly always triangles and quads) with material, immutable. Areas, normals
+/// and centroids are computed once. Two patches share a vertex only where the surface is smooth between them:
+/// at creases, at changes of material, at contact lines and at open borders every side has vertices of its
+/// own, at the same bits of the same position. So a vertex carries one radiosity, and no radiosity bleeds
+/// round a corner.
+class PatchMesh {
+ public:
+  struct Arrays {
+    std::vector<Vec3> vertices;  ///< m
+    std::vector<Index> corners;  ///< vertex numbers of all patches, counter-clockwise seen from the front
+    std::vector<Index> patch_start{0};  ///< patch i has corners [patch_start[i], patch_start[i+1])
+    std::vector<Index> patch_surface;   ///< the face of the file that patch i is a piece of
+    std::vector<Index> patch_material;  ///< index into materials
+    std::vector<Material> materials;
+  };
+
+  /// Throws InputError on an index out of range, a patch with fewer than three corners, no area or
+  /// coordinates that are not finite, or invalid materials.
+  explicit PatchMesh(Arrays arrays);
+
+  Index patch_count() const { return static_cast<Index>(arrays_.patch_material.size()); }
+  Index vertex_count() const { return static_cast<Index>(arrays_.vertices.size()); }
+  Index bands() const;
+
+  const std::vector<Vec3>& vertices() const { return arrays_.vertices; }
+  const Vec3& vertex(Index v) const { return arrays_.vertices[static_cast<std::size_t>(v)]; }
+  std::span<const Index> corners(Index patch) const {
+    const auto p = static_cast<std::size_t>(patch);
+    return std::span(arrays_.corners)
+        .subspan(static_cast<std::size_t>(arrays_.patch_start[p]),
+                 static_cast<std::size_t>(arrays_.patch_start[p + 1] - arrays_.patch_start[p]));
+  }
+  Index surface(Index patch) const { return arrays_.patch_surface[static_cast<std::size_t>(patch)]; }
+  Index material(Index patch) const { return arrays_.patch_material[static_cast<std::size_t>(patch)]; }
+  const std::vector<Material>& materials() const { return arrays_.materials; }
+  const Material& material_of(Index patch) const {
+    return arrays_.materials[static_cast<std::size_t>(material(patch))];
+  }
+
+  double area(Index patch) const { return areas_[patch]; }  ///< A_i, m²
+  const Eigen::ArrayXd& areas() const { return areas_; }    ///< A, m²
+  const Vec3& normal(Index patch) const {
+    return normals_[static_cast<std::size_t>(patch)];
+  }  ///< unit, front
+  const Vec3& centroid(Index patch) const { return centroids_[static_cast<std::size_t>(patch)]; }
+
+  /// Triangles that cover the patch: vertex numbers, counter-clockwise seen from the front. Triangle t of the
+  /// mesh belongs to patch triangle_patch(t); a patch's triangles are consecutive.
+  std::span<const std::array<Index, 3>> triangles() const { return triangles_; }
+  std::span<const std::array<Index, 3>> triangles(Index patch) const {
+    const auto p = static_cast<std::size_t>(patch);
+    return std::span(triangles_)
+        .subspan(static_cast<std::size_t>(triangle_start_[p]),
+                 static_cast<std::size_t>(triangle_start_[p + 1] - triangle_start_[p]));
+  }
+  Index triangle_patch(Index triangle) const { return triangle_patch_[static_cast<std::size_t>(triangle)]; }
+
+  /// Patches round a vertex, and vertices joined to it by an edge; on_border where the patches do not close a
+  /// ring.
+  std::span<const Index> vertex_patches(Index v) const { return row(vertex_patches_, v); }
+  std::span<const Index> vertex_neighbours(Index v) const { return row(vertex_neighbours_, v); }
+  bool on_border(Index v) const { return on_border_[static_cast<std::size_t>(v)] != 0; }
+
+  /// Corners of the axis-parallel bounding box, and its diagonal in m.
+  const Vec3& lower() const { return lower_; }
+  const Vec3& upper() const { return upper_; }
+  double diagonal() const { return (upper_ - lower_).norm(); }
+
+  /// ρ and E of every patch (rows) and band (columns).
+  BandArray reflectance() const;
+  BandArray emission() const;
+
+ private:
+  struct Rows {
+    std::vector<Index> start, items;
+  };
+  static std::span<const Index> row(const Rows& rows, Index r) {
+    const auto i = static_cast<std::size_t>(r);
+    return std::span(rows.items)
+        .subspan(static_cast<std::size_t>(rows.start[i]),
+                 static_cast<std::size_t>(rows.start[i + 1] - rows.start[i]));
+  }
+
+  Arrays arrays_;
+  Eigen::ArrayXd areas_;
+  std::vector<Vec3> normals_, centroids_;
+  std::vector<std::array<Index, 3>> triangles_;
+  std::vector<Index> triangle_start_, triangle_patch_;
+  Rows vertex_patches_, vertex_neighbours_;
+  std::vector<std::uint8_t> on_border_;
+  Vec3 lower_ = Vec3::Zero(), upper_ = Vec3::Zero();
+};
+
+}  // namespace radiosity

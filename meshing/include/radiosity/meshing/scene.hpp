@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "radiosity/meshing/material.hpp"
+#include "radiosity/meshing/types.hpp"
+
+namespace radiosity {
+
+/// Polygons with materials, in metres, as they came from the file. Immutable and validated: finite
+/// coordinates, indices in range, at least three corners a face, valid materials with the same bands and
+/// different names. Corners run counter-clockwise seen from the front. A face with holes is one loop that
+/// walks each bridge to a hole twice, once each way (a "keyhole" polygon), as OBJ files write them.
+class Scene {
+ public:
+  struct Arrays {
+    std::vector<Vec3> vertices;        ///< m
+    std::vector<Index> corners;        ///< vertex numbers of all faces, one face after the other
+    std::vector<Index> face_start{0};  ///< face f has corners [face_start[f], face_start[f+1])
+    std::vector<Index> face_material;  ///< one per face
+    std::vector<Material> materials;
+
+    void add_face(std::span<const Index> face_corners, Index material);
+  };
+
+  /// Throws InputError naming the face, vertex or material that breaks a rule.
+  explicit Scene(Arrays arrays);
+
+  Index face_count() const { return static_cast<Index>(arrays_.face_material.size()); }
+  Index vertex_count() const { return static_cast<Index>(arrays_.vertices.size()); }
+  Index bands() const;
+
+  const std::vector<Vec3>& vertices() const { return arrays_.vertices; }
+  std::span<const Index> corners(Index face) const;
+  Index material(Index face) const { return arrays_.face_material[static_cast<std::size_t>(face)]; }
+  const std::vector<Material>& materials() const { return arrays_.materials; }
+
+  /// Half of the Newell vector Σ v_k × v_{k+1}: its length is the face's area, its direction the front
+  /// normal.
+  Vec3 area_vector(Index face) const;
+
+  /// Radiating area of a material in m²: the sum over its faces, twice that when it has two sides.
+  double material_area(Index material) const;
+
+  /// Corners of the axis-parallel bounding box.
+  const Vec3& lower() const { return lower_; }
+  const Vec3& upper() const { return upper_; }
+
+  /// The same geometry with other materials (as many, in the same order).
+  Scene with_materials(std::vector<Material> materials) const;
+
+ private:
+  Arrays arrays_;
+  Vec3 lower_, upper_;
+};
+
+/// The same scene with one band where all bands of every material are equal: grey light is solved once.
+Scene merge_equal_bands(const Scene& scene);
+
+}  // namespace radiosity

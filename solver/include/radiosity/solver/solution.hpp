@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "radiosity/meshing/patch_mesh.hpp"
+#include "radiosity/solver/radiosity_system.hpp"
+#include "radiosity/solver/solver.hpp"
+
+namespace radiosity {
+
+/// Where the power goes, W per band.
+///   emitted  = Σ A_i E_i
+///   absorbed = Σ A_i (1 − ρ_i) H_i
+///   escaped  = Σ A_i B_i (1 − Σ_j F_ij)
+///   imbalance = (emitted − absorbed − escaped) / emitted;  0 where nothing is emitted
+/// The imbalance measures the residual and the reciprocity error of F together.
+struct EnergyBalance {
+  BandValues emitted_w, absorbed_w, escaped_w, imbalance;
+};
+
+EnergyBalance energy_balance(const RadiositySystem& system, const BandArray& radiosity,
+                             const BandArray& irradiance);
+
+/// Vertex radiosities for Gouraud interpolation, vertices × bands, W/m², clamped at 0. A vertex inside a
+/// smooth surface takes the mean of its patches. A vertex on a border takes
+///   2·(mean of its patches) − (mean of the inner vertices joined to it by an edge, or, where none is, of the
+///   inner vertices of its patches),
+/// and, where there is no inner vertex either, the mean of its patches. Works on any per-patch field (n ×
+/// bands).
+BandArray vertex_values(const PatchMesh& mesh, const BandArray& patch_values);
+
+/// Everything a solve gives.
+struct Solution {
+  BandArray radiosity;         ///< B per patch
+  BandArray irradiance;        ///< H per patch
+  BandArray vertex_radiosity;  ///< B per vertex
+  EnergyBalance energy;
+  SolveReport report;
+};
+
+/// Solves and reconstructs.
+Solution solve(const Solver& solver, const RadiositySystem& system, const PatchMesh& mesh,
+               const SolverOptions& options = {});
+
+}  // namespace radiosity
