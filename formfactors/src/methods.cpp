@@ -1,1 +1,51 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "methods.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+
+#include "radiosity/meshing/error.hpp"
+
+namespace radiosity {
+namespace {
+
+constexpr std::array<FormFactorMethodInfo, 3> kMethods{{
+    {"analytic", "exact unoccluded factor of each pair × fraction of shadow rays that get through",
+     "Sparrow1963", "samples", 16, make_analytic},
+    {"hemisphere", "cosine-distributed rays from points spread over the patch", "Nusselt1928, Malley1988",
+     "samples", 1024, make_hemisphere},
+    {"hemicube", "item buffer on the five faces of half a cube over points of the patch",
+     "CohenGreenberg1985", "resolution", 128, make_hemicube},
+}};
+
+}  // namespace
+
+std::span<const FormFactorMethodInfo> form_factor_methods() {
+  return kMethods;
+}
+
+const FormFactorMethodInfo& find_form_factor_method(std::string_view name) {
+  std::string names;
+  for (const auto& method : kMethods) {
+    if (method.name == name) return method;
+    names += names.empty() ? "" : ", ";
+    names += method.name;
+  }
+  throw InputError(fmt::format("form factor method '{}' is unknown; there are {}", name, names));
+}
+
+std::unique_ptr<FormFactorMethod> FormFactorMethodInfo::make(const Visibility& visibility,
+                                                             FormFactorOptions options) const {
+  Index& value = setting == "samples" ? options.samples : options.resolution;
+  if (value < 0)
+    throw InputError(
+        fmt::format("{}: {} is negative; 0 takes the default {}", setting, value, default_setting));
+  const Index largest = setting == "samples" ? 1 << 20 : 1 << 12;
+  if (value > largest)
+    throw InputError(fmt::format("{}: {} is above the largest value, {}", setting, value, largest));
+  if (value == 0) value = default_setting;
+  return factory(visibility, options);
+}
+
+}  // namespace radiosity

@@ -1,1 +1,231 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "polygon_factor.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "radiosity/meshing/tolerances.hpp"
+
+namespace radiosity {
+namespace {
+
+// Gauss–Legendre rule of 8 points on [0, 1].
+constexpr std::array<double, 4> kGaussX{0.1834346424956498, 0.5255324099163290, 0.7966664774136267,
+                                        0.9602898564975363};
+constexpr std::array<double, 4> kGaussW{0.3626837833783620, 0.3137066458778873, 0.2223810344533745,
+                                        0.1012285362903763};
+
+// G with G''(w) = ln √(w² + d²), both constants of integration 0.
+double double_integral_of_log(double w, double d) {
+  const double q = w * w + d * d;
+  if (q == 0) return 0;
+  const double arc = d > 0 ? w * d * std::atan(w / d) : 0;
+  return (w * w - d * d) * std::log(q) / 4 - 0.75 * w * w + arc;
+}
+
+struct Edge {
+  Vec3 start;
+  Vec3 direction;  // unit
+  double length;
+  Vec3 at(double s) const { return start + s * direction; }
+};
+
+double distance(const Vec3& x, const Edge& e) {
+  const double t = std::clamp((x - e.start).dot(e.direction), 0.0, e.length);
+  return (x - e.at(t)).norm();
+}
+
+// ∫_e ln|x − y| |dy| in closed form.
+double log_potential(const Vec3& x, const Edge& e) {
+  const Vec3 r = x - e.start;
+  const double p = r.dot(e.direction);
+  const double w = e.length - p;
+  const double d2 = r.cross(e.direction).squaredNorm();
+  const double near = p * p + d2;
+  const double far = w * w + d2;
+  double sum = -e.length;
+  if (far > 0) sum += w * std::log(far) / 2;
+  if (near > 0) sum += p * std::log(near) / 2;
+  if (d2 > 0) {
+    const double d = std::sqrt(d2);
+    sum += d * std::atan2(d * e.length, d2 - p * w);  // d times the angle under which x sees e
+  }
+  return sum;
+}
+
+// ∫∫ ln|x − y| |dx| |dy| over [s0, s1] of e and all of f. Halved until the pieces are short compared with their distance
+// from f: then the 8-point rule errs by about 1e-10. Where the edges touch, the halving ends at 1e-5 of the edge: the
+// integrand is continuous, and what the rule misses of its kink is of the order of the square of that.
+double graded(const Edge& e, const Edge& f, double s0, double s1) {
+  const double h = s1 - s0;
+  const double middle = (s0 + s1) / 2;
+  if (distance(e.at(middle), f) < 1.5 * h && h > 1e-5 * e.length) {
+    return graded(e, f, s0, middle) + graded(e, f, middle, s1);
+  }
+  double sum = 0;
+  for (std::size_t k = 0; k < kGaussX.size(); ++k) {
+    const double offset = kGaussX[k] * h / 2;
+    sum += kGaussW[k] * (log_potential(e.at(middle - offset), f) + log_potential(e.at(middle + offset), f));
+  }
+  return sum * h / 2;
+}
+
+// ∫∫ ln|x − y| dx·dy over two edges.
+double edge_pair(const Edge& e, const Edge& f) {
+  const double cosine = e.direction.dot(f.direction);
+  if (std::abs(cosine) < 1e-16) return 0;
+  if (e.direction.cross(f.direction).norm() > tolerance::kParallel) return cosine * graded(e, f, 0, e.length);
+  const Vec3 r = f.start - e.start;
+  const double d = r.cross(e.direction).norm();
+  const double t0 = r.dot(e.direction);
+  const double t1 = t0 + cosine * f.length;
+  // t runs backwards along antiparallel edges; so does the sign of dx·dy: the integral comes out signed.
+  return double_integral_of_log(e.length - t0, d) - double_integral_of_log(-t0, d) -
+         double_integral_of_log(e.length - t1, d) + double_integral_of_log(-t1, d);
+}
+
+void edges_of(std::span<const Vec3> polygon, std::vector<Edge>& edges) {
+  edges.clear();
+  for (std::size_t k = 0; k < polygon.size(); ++k) {
+    const Vec3 d = polygon[(k + 1) % polygon.size()] - polygon[k];
+    const double length = d.norm();
+    if (length > 0) edges.push_back({polygon[k], d / length, length});
+  }
+}
+
+// Kernel cosθ cosθ' / (π r²) summed over the two product rules. Points behind the other plane do not occur here.
+double quadrature(const Polygon& p, const Polygon& q) {
+  double sum = 0;
+  for (const auto& a : p.nodes) {
+    double inner = 0;
+    for (const auto& b : q.nodes) {
+      const Vec3 r = b.x - a.x;
+      const double r2 = r.squaredNorm();
+      inner -= b.weight * p.normal.dot(r) * q.normal.dot(r) / (r2 * r2);
+    }
+    sum += a.weight * inner;
+  }
+  return sum / std::numbers::pi;
+}
+
+// Weights add up to the area. Convex planar quads take 3 × 3 Gauss points of the bilinear map, everything else the
+// 7-point rule of degree 5 on each triangle of a fan with signed areas [Radon1948].
+std::vector<Polygon::Node> quadrature_nodes(const std::vector<Vec3>& c, const Vec3& normal) {
+  std::vector<Polygon::Node> nodes;
+  if (c.size() == 4) {
+    constexpr std::array<double, 3> x{0.1127016653792583, 0.5, 0.8872983346207417};
+    constexpr std::array<double, 3> w{5.0 / 18, 8.0 / 18, 5.0 / 18};
+    bool positive = true;
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t j = 0; j < 3; ++j) {
+        const double u = x[i];
+        const double v = x[j];
+        const Vec3 du = (1 - v) * (c[1] - c[0]) + v * (c[2] - c[3]);
+        const Vec3 dv = (1 - u) * (c[3] - c[0]) + u * (c[2] - c[1]);
+        const double jacobian = normal.dot(du.cross(dv));
+        positive = positive && jacobian > 0;
+        nodes.push_back({(1 - u) * ((1 - v) * c[0] + v * c[3]) + u * ((1 - v) * c[1] + v * c[2]),
+                         w[i] * w[j] * jacobian});
+      }
+    }
+    if (positive) return nodes;
+    nodes.clear();
+  }
+  const double root = std::sqrt(15.0);
+  for (std::size_t k = 1; k + 1 < c.size(); ++k) {
+    const double area = normal.dot((c[k] - c[0]).cross(c[k + 1] - c[0])) / 2;
+    const std::array<Vec3, 3> corner{c[0], c[k], c[k + 1]};
+    const Vec3 centre = (c[0] + c[k] + c[k + 1]) / 3;
+    nodes.push_back({centre, area * 9 / 40});
+    for (const Vec3& v : corner) {
+      const double inner = (6 - root) / 21;
+      const double outer = (6 + root) / 21;
+      nodes.push_back({v + inner * (3 * (centre - v)), area * (155 - root) / 1200});
+      nodes.push_back({v + outer * (3 * (centre - v)), area * (155 + root) / 1200});
+    }
+  }
+  return nodes;
+}
+
+}  // namespace
+
+Polygon::Polygon(std::vector<Vec3> c, const Vec3& unit_normal) : corners(std::move(c)), normal(unit_normal) {
+  Vec3 moment = Vec3::Zero();
+  area = 0;
+  for (std::size_t k = 1; k + 1 < corners.size(); ++k) {
+    const double a = normal.dot((corners[k] - corners[0]).cross(corners[k + 1] - corners[0])) / 2;
+    area += a;
+    moment += a * ((corners[k] - corners[0]) + (corners[k + 1] - corners[0])) / 3;
+  }
+  centroid = corners.empty() ? Vec3::Zero() : corners[0];
+  if (area > 0) centroid += moment / area;
+  radius = 0;
+  for (const Vec3& v : corners)
+    radius = std::max(radius, (v - centroid).norm());
+  nodes = quadrature_nodes(corners, normal);
+}
+
+std::vector<Vec3> clip(std::span<const Vec3> polygon, const Vec3& normal, double d, double slack) {
+  std::vector<Vec3> kept;
+  for (std::size_t k = 0; k < polygon.size(); ++k) {
+    const Vec3& a = polygon[k];
+    const Vec3& b = polygon[(k + 1) % polygon.size()];
+    const double ha = normal.dot(a) - d;
+    const double hb = normal.dot(b) - d;
+    if (ha >= -slack) kept.push_back(a);
+    if ((ha < -slack && hb > slack) || (ha > slack && hb < -slack))
+      kept.push_back(a + ha / (ha - hb) * (b - a));
+  }
+  return kept;
+}
+
+double contour_mutual_area(std::span<const Vec3> p, std::span<const Vec3> q) {
+  thread_local std::vector<Edge> pe, qe;
+  edges_of(p, pe);
+  edges_of(q, qe);
+  double sum = 0;
+  for (const Edge& e : pe) {
+    for (const Edge& f : qe)
+      sum += edge_pair(e, f);
+  }
+  return sum / (2 * std::numbers::pi);
+}
+
+double mutual_area(const Polygon& p, const Polygon& q) {
+  // Heights over the other plane, relative to a point of that plane, so that distant scenes lose nothing.
+  const double slack = tolerance::kOnPlane * (p.radius + q.radius + (p.centroid - q.centroid).norm());
+  const auto reach = [slack](const Polygon& a, const Polygon& b) {
+    bool above = false;
+    bool below = false;
+    for (const Vec3& v : a.corners) {
+      const double h = b.normal.dot(v - b.centroid);
+      above = above || h > slack;
+      below = below || h < -slack;
+    }
+    return std::pair{above, below};
+  };
+  const auto [p_above, p_below] = reach(p, q);
+  const auto [q_above, q_below] = reach(q, p);
+  if (!p_above || !q_above) return 0;
+  if (p_below || q_below) {
+    const auto front_part = [slack](const Polygon& a, const Polygon& b) {
+      return Polygon(clip(a.corners, b.normal, b.normal.dot(b.centroid), slack), a.normal);
+    };
+    const Polygon p_front = p_below ? front_part(p, q) : p;
+    const Polygon q_front = q_below ? front_part(q, p) : q;
+    if (p_front.area <= 0 || q_front.area <= 0) return 0;
+    return std::clamp(unclipped_mutual_area(p_front, q_front), 0.0, std::min(p_front.area, q_front.area));
+  }
+  // Rounding may leave [0, min(A_i, A_j)] by 1e-16.
+  return std::clamp(unclipped_mutual_area(p, q), 0.0, std::min(p.area, q.area));
+}
+
+double unclipped_mutual_area(const Polygon& p, const Polygon& q) {
+  const double r = (p.centroid - q.centroid).norm();
+  if (r > tolerance::kFarPair * (p.radius + q.radius)) return quadrature(p, q);
+  return contour_mutual_area(p.corners, q.corners);
+}
+
+}  // namespace radiosity

@@ -1,1 +1,267 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "radiosity/formfactors/visibility.hpp"
+
+#include <embree3/rtcore.h>
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <vector>
+
+#include "radiosity/meshing/tolerances.hpp"
+
+namespace radiosity {
+namespace {
+
+struct Plane {
+  float nx, ny, nz, d;  // n·x = d, n a unit vector
+  float height(float x, float y, float z) const { return nx * x + ny * y + nz * z - d; }
+};
+
+// No patch reaches behind the plane of another. Runs of patches in one plane are tested once; scenes with so
+// many planes that the test would cost more than it can save count as not convex.
+bool is_convex(const PatchMesh& mesh) {
+  constexpr double kMostTests = 2e8;
+  const double depth = tolerance::kConvex * mesh.diagonal();
+  const Index n = mesh.patch_count();
+  double tests = 0;
+  for (Index i = 0; i < n; ++i) {
+    const Vec3& normal = mesh.normal(i);
+    const Vec3& c = mesh.centroid(i);
+    if (i > 0 && mesh.surface(i) == mesh.surface(i - 1) && normal.dot(mesh.normal(i - 1)) > 1 - 1e-12 &&
+        std::abs(normal.dot(c - mesh.centroid(i - 1))) < depth) {
+      continue;
+    }
+    tests += mesh.vertex_count();
+    if (tests > kMostTests) return false;
+    for (const Vec3& v : mesh.vertices()) {
+      if (normal.dot(v - c) < -depth) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+struct Visibility::Impl {
+  RTCDevice device = nullptr;
+  RTCScene scene = nullptr;
+  std::vector<std::array<float, 3>> vertices;  // scaled
+  std::vector<Plane> planes;                   // of patches, scaled
+  const PatchMesh* mesh = nullptr;
+
+  ~Impl() {
+    if (scene != nullptr) rtcReleaseScene(scene);
+    if (device != nullptr) rtcReleaseDevice(device);
+  }
+
+  bool lies_in(const Plane& plane, unsigned triangle) const {
+    for (const Index v : mesh->triangles()[triangle]) {
+      const auto& x = vertices[static_cast<std::size_t>(v)];
+      if (std::abs(plane.height(x[0], x[1], x[2])) > tolerance::kSamePlane) return false;
+    }
+    return true;
+  }
+
+  // What the filter needs to let rays pass through the planes they connect.
+  struct Context {
+    RTCIntersectContext base;
+    const Impl* impl;
+    const Plane* from;  // null for rays from anywhere
+    const Plane* to;    // null for rays without an end
+  };
+  static void pass_through_planes(const RTCFilterFunctionNArguments* args);
+};
+
+// A hit that is higher above the plane of departure than rounding is accepted at once; only the others are
+// looked at.
+void Visibility::Impl::pass_through_planes(const RTCFilterFunctionNArguments* args) {
+  const auto* context = reinterpret_cast<const Context*>(args->context);
+  if (context->from == nullptr) return;
+  const unsigned n = args->N;
+  for (unsigned k = 0; k < n; ++k) {
+    if (args->valid[k] == 0) continue;
+    const float t = RTCRayN_tfar(args->ray, n, k);
+    const float x = RTCRayN_org_x(args->ray, n, k) + t * RTCRayN_dir_x(args->ray, n, k);
+    const float y = RTCRayN_org_y(args->ray, n, k) + t * RTCRayN_dir_y(args->ray, n, k);
+    const float z = RTCRayN_org_z(args->ray, n, k) + t * RTCRayN_dir_z(args->ray, n, k);
+    const unsigned triangle = RTCHitN_primID(args->hit, n, k);
+    for (const Plane* plane : {context->from, context->to}) {
+      if (plane != nullptr && plane->height(x, y, z) < 2 * tolerance::kSamePlane &&
+          context->impl->lies_in(*plane, triangle)) {
+        args->valid[k] = 0;
+      }
+    }
+  }
+}
+
+Visibility::Visibility(const PatchMesh& mesh)
+    : mesh_(mesh),
+      centre_((mesh.lower() + mesh.upper()) / 2),
+      scale_(1 / mesh.diagonal()),
+      convex_(is_convex(mesh)),
+      impl_(std::make_unique<Impl>()) {
+  impl_->mesh = &mesh;
+  impl_->vertices.reserve(mesh.vertices().size());
+  for (const Vec3& v : mesh.vertices()) {
+    const Eigen::Vector3f s = scaled(v).cast<float>();
+    impl_->vertices.push_back({s.x(), s.y(), s.z()});
+  }
+  impl_->planes.reserve(static_cast<std::size_t>(mesh.patch_count()));
+  for (Index i = 0; i < mesh.patch_count(); ++i) {
+    const Vec3& n = mesh.normal(i);
+    const double d = n.dot(scaled(mesh.centroid(i)));
+    impl_->planes.push_back({static_cast<float>(n.x()), static_cast<float>(n.y()), static_cast<float>(n.z()),
+                             static_cast<float>(d)});
+  }
+
+  // One thread builds the tree: its shape, and with it the winner where two surfaces are hit at the same
+  // distance, must not depend on the number of threads.
+  impl_->device = rtcNewDevice("threads=1");
+  if (impl_->device == nullptr) throw std::runtime_error("Embree cannot make a device");
+  impl_->scene = rtcNewScene(impl_->device);
+  rtcSetSceneFlags(impl_->scene, static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST));
+  RTCGeometry geometry = rtcNewGeometry(impl_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  const std::size_t triangle_count = mesh.triangles().size();
+  auto* v = static_cast<float*>(rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), impl_->vertices.size()));
+  for (const auto& x : impl_->vertices)
+    v = std::copy(x.begin(), x.end(), v);
+  auto* t = static_cast<unsigned*>(rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), triangle_count));
+  for (const auto& triangle : mesh.triangles()) {
+    for (const Index corner : triangle)
+      *t++ = static_cast<unsigned>(corner);
+  }
+  rtcSetGeometryIntersectFilterFunction(geometry, Impl::pass_through_planes);
+  rtcSetGeometryOccludedFilterFunction(geometry, Impl::pass_through_planes);
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometryByID(impl_->scene, geometry, 0);
+  rtcReleaseGeometry(geometry);
+  rtcCommitScene(impl_->scene);
+  if (const RTCError error = rtcGetDeviceError(impl_->device); error != RTC_ERROR_NONE) {
+    throw std::runtime_error("Embree fails with error " + std::to_string(error));
+  }
+}
+
+Visibility::~Visibility() = default;
+
+void Visibility::first_hits(Packet& packet) const {
+  Impl::Context context{};
+  rtcInitIntersectContext(&context.base);
+  context.base.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  context.impl = impl_.get();
+  context.from = &impl_->planes[static_cast<std::size_t>(packet.from)];
+  context.to = nullptr;
+
+  alignas(64) std::array<int, 16> valid;
+  RTCRayHit16 rays;
+  for (int k = 0; k < 16; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    valid[i] = k < packet.count ? -1 : 0;
+    rays.ray.org_x[i] = packet.x[i];
+    rays.ray.org_y[i] = packet.y[i];
+    rays.ray.org_z[i] = packet.z[i];
+    rays.ray.dir_x[i] = packet.dx[i];
+    rays.ray.dir_y[i] = packet.dy[i];
+    rays.ray.dir_z[i] = packet.dz[i];
+    rays.ray.tnear[i] = 0;
+    rays.ray.tfar[i] = std::numeric_limits<float>::infinity();
+    rays.ray.time[i] = 0;
+    rays.ray.mask[i] = ~0U;
+    rays.ray.flags[i] = 0;
+    rays.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+    rays.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+  }
+  rtcIntersect16(valid.data(), impl_->scene, &context.base, &rays);
+  for (int k = 0; k < packet.count; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    if (rays.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) {
+      packet.hit[i] = kNothing;
+      continue;
+    }
+    const Index patch = mesh_.triangle_patch(static_cast<Index>(rays.hit.primID[i]));
+    const Plane& plane = impl_->planes[static_cast<std::size_t>(patch)];
+    const float approach = plane.nx * packet.dx[i] + plane.ny * packet.dy[i] + plane.nz * packet.dz[i];
+    packet.hit[i] = approach < 0 ? patch : kBack;
+  }
+}
+
+void Visibility::blocked(SightLines& lines) const {
+  const bool swap = lines.to < lines.from;  // the same ray both ways, so that V is symmetric to the bit
+  Impl::Context context{};
+  rtcInitIntersectContext(&context.base);
+  context.impl = impl_.get();
+  context.from = &impl_->planes[static_cast<std::size_t>(lines.from)];
+  context.to = &impl_->planes[static_cast<std::size_t>(lines.to)];
+
+  alignas(64) std::array<int, 16> valid;
+  RTCRay16 rays;
+  for (int k = 0; k < 16; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    valid[i] = k < lines.count ? -1 : 0;
+    const float sign = swap ? -1.0F : 1.0F;
+    rays.org_x[i] = swap ? lines.tx[i] : lines.x[i];
+    rays.org_y[i] = swap ? lines.ty[i] : lines.y[i];
+    rays.org_z[i] = swap ? lines.tz[i] : lines.z[i];
+    rays.dir_x[i] = sign * (lines.tx[i] - lines.x[i]);
+    rays.dir_y[i] = sign * (lines.ty[i] - lines.y[i]);
+    rays.dir_z[i] = sign * (lines.tz[i] - lines.z[i]);
+    rays.tnear[i] = 0;
+    rays.tfar[i] = 1;
+    rays.time[i] = 0;
+    rays.mask[i] = ~0U;
+    rays.flags[i] = 0;
+  }
+  rtcOccluded16(valid.data(), impl_->scene, &context.base, &rays);
+  for (int k = 0; k < lines.count; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    lines.blocked[i] = rays.tfar[i] < 0;
+  }
+}
+
+bool Visibility::visible(const Vec3& x, Index i, const Vec3& y, Index j) const {
+  if (mesh_.normal(i).dot(y - x) <= 0 || mesh_.normal(j).dot(x - y) <= 0) return false;
+  SightLines lines;
+  lines.from = i;
+  lines.to = j;
+  lines.count = 1;
+  const Eigen::Vector3f a = scaled(x).cast<float>();
+  const Eigen::Vector3f b = scaled(y).cast<float>();
+  lines.x[0] = a.x();
+  lines.y[0] = a.y();
+  lines.z[0] = a.z();
+  lines.tx[0] = b.x();
+  lines.ty[0] = b.y();
+  lines.tz[0] = b.z();
+  blocked(lines);
+  return !lines.blocked[0];
+}
+
+Visibility::Hit Visibility::first_hit(const Vec3& origin, const Vec3& direction) const {
+  Impl::Context context{};
+  rtcInitIntersectContext(&context.base);
+  context.impl = impl_.get();
+  const Eigen::Vector3f o = scaled(origin).cast<float>();
+  const Eigen::Vector3f d = (direction * scale_).cast<float>();
+  RTCRayHit ray{};
+  ray.ray.org_x = o.x();
+  ray.ray.org_y = o.y();
+  ray.ray.org_z = o.z();
+  ray.ray.dir_x = d.x();
+  ray.ray.dir_y = d.y();
+  ray.ray.dir_z = d.z();
+  ray.ray.tfar = std::numeric_limits<float>::infinity();
+  ray.ray.mask = ~0U;
+  ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  ray.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  rtcIntersect1(impl_->scene, &context.base, &ray);
+  Hit hit;
+  if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return hit;
+  hit.patch = mesh_.triangle_patch(static_cast<Index>(ray.hit.primID));
+  hit.front = mesh_.normal(hit.patch).dot(direction) < 0;
+  hit.distance = static_cast<double>(ray.ray.tfar);
+  return hit;
+}
+
+}  // namespace radiosity

@@ -39,30 +39,29 @@ struct AssemblyReport {
 
 /// All rows of F. Rows are computed in parallel in blocks of fixed size, so the bits do not depend on the
 /// number of threads. Then, unless the method is exact or `close` is off,
-///   S_ij = (A_i F_ij + A_j F_ji) / 2,   S ← D S D   with D diagonal such that Σ_j S_ij = A_i (1 −
+///   S_ij = (F_ij + F_ji) / (1/A_i + 1/A_j),   S ← D S D   with D diagonal such that Σ_j S_ij = A_i (1 −
 ///   escaped_i),
 /// a symmetric Sinkhorn scaling [Knight2008] that keeps zeros and signs; what remains goes to the matrix's
 /// diagonal.
 FormFactorMatrix assemble(const FormFactorMethod& method, const Visibility& visibility,
                           const AssemblyOptions& options = {}, AssemblyReport* report = nullptr);
 
-/// F that is never stored: each row is computed when a solver asks for it. Rows of methods that are not exact
-/// are scaled to 1 − escaped_i, so that a shooter loses no energy; reciprocity is as good as the method makes
-/// it.
+/// F that is never stored: each row is computed when a solver asks for it, as the method makes it. Reciprocity and closure
+/// cannot be restored row by row: what a row lacks shows in the energy balance.
 class RowsOnDemand final : public FormFactors {
  public:
-  /// Both must outlive this object.
+  /// The method must outlive this object.
   RowsOnDemand(const FormFactorMethod& method, const Visibility& visibility);
 
-  Index size() const override;
+  Index size() const override { return n_; }
   FormFactorRow row(Index i, RowBuffer& buffer) const override;
   bool stored() const override { return false; }
-  /// Known for the rows computed so far, 0 for the others.
+  /// Known for the rows computed so far, 0 for the others. A method that cannot tell gets 1 − Σ_j F_ij.
   double escaped(Index i) const override { return escaped_[static_cast<std::size_t>(i)].load(); }
 
  private:
   const FormFactorMethod& method_;
-  const Visibility& visibility_;
+  Index n_;
   std::unique_ptr<std::atomic<double>[]> escaped_;
 };
 

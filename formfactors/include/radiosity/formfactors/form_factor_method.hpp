@@ -44,6 +44,13 @@ class FormFactorMethod {
   /// The entries are exact up to rounding for this mesh; closing their rows would only blur them.
   virtual bool exact() const = 0;
 
+  /// The setting in force, of the kind that the table names: what was asked for, rounded up to what the
+  /// method can do.
+  virtual Index setting() const = 0;
+
+  /// No row has more entries than this; known before any row is computed, so that memory can be planned.
+  virtual Index max_entries_per_row() const = 0;
+
   /// Rays cast so far.
   std::uint64_t rays() const { return rays_.load(std::memory_order_relaxed); }
 
@@ -61,7 +68,12 @@ struct FormFactorMethodInfo {
   std::string_view citation;  ///< keys of references.bib
   std::string_view setting;   ///< the option that trades its speed for accuracy: "samples" or "resolution"
   Index default_setting;
-  std::unique_ptr<FormFactorMethod> (*make)(const Visibility& visibility, const FormFactorOptions& options);
+  std::unique_ptr<FormFactorMethod> (*factory)(const Visibility& visibility,
+                                               const FormFactorOptions& options);
+
+  /// The method with defaults filled in. Throws InputError on a setting that is negative or absurdly large
+  /// (more than 2^20 samples or 2^12 cells).
+  std::unique_ptr<FormFactorMethod> make(const Visibility& visibility, FormFactorOptions options = {}) const;
 };
 
 /// All methods. Tests, benchmarks and the command line read this table.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <array>
 #include <memory>
-#include <span>
 
 #include "radiosity/meshing/patch_mesh.hpp"
 
@@ -34,14 +34,24 @@ class Visibility {
   struct Packet {
     Index from = 0;  ///< the patch they start on
     int count = 0;
-    alignas(64) std::array<float, 16> x, y, z;     ///< origins, in scaled coordinates (see `scaled`)
-    alignas(64) std::array<float, 16> dx, dy, dz;  ///< directions, any length
-    alignas(64) std::array<Index, 16> hit;         ///< out: patch seen from its front, kNothing or kBack
+    alignas(64) std::array<float, 16> x{}, y{}, z{};     ///< origins, in scaled coordinates (see `scaled`)
+    alignas(64) std::array<float, 16> dx{}, dy{}, dz{};  ///< directions, any length
+    alignas(64) std::array<Index, 16> hit{};  ///< out: patch seen from its front, kNothing or kBack
   };
   void first_hits(Packet& packet) const;
 
   /// Position in the unit-size coordinates of the rays.
   Vec3 scaled(const Vec3& x) const { return (x - centre_) * scale_; }
+
+  /// Up to 16 sight lines between a point on patch `from` and a point on patch `to`.
+  struct SightLines {
+    Index from = 0, to = 0;
+    int count = 0;
+    alignas(64) std::array<float, 16> x{}, y{}, z{};     ///< points on `from`, in scaled coordinates
+    alignas(64) std::array<float, 16> tx{}, ty{}, tz{};  ///< points on `to`
+    std::array<bool, 16> blocked{};                      ///< out: a patch outside both planes stands between
+  };
+  void blocked(SightLines& lines) const;
 
   /// Whether x on patch i and y on patch j see each other: both in front of the other's plane and nothing
   /// between. Symmetric: visible(x, i, y, j) == visible(y, j, x, i), to the bit.

@@ -23,4 +23,27 @@ inline constexpr double kContact = 1e-6;
 /// which vertex radiosities are interpolated. Tessellated curves stay below, building corners above.
 inline constexpr double kSmoothCosine = 0.8660254037844387;
 
+/// A ray passes through what lies in the plane it starts from: everything within kSamePlane of that plane, in units of
+/// the scaled scene (diagonal 1). Eight roundings of single precision at that size.
+inline constexpr float kSamePlane = 5e-7F;
+
+/// A scene is convex when no vertex lies deeper than kConvex · (scene diagonal) behind any patch.
+inline constexpr double kConvex = 1e-9;
+
+/// A scene is closed when at most this share of all sampled directions leaves it or meets the back of a patch: cracks
+/// between faces that do not share vertices, and rounding at edges.
+inline constexpr double kClosedScene = 1e-5;
+
+/// Two edges are parallel when the sine of their angle is below this: then ∮∮ ln r has a closed form, whose error
+/// from the remaining angle is of the order of the sine.
+inline constexpr double kParallel = 1e-10;
+
+/// A corner lies on another polygon's plane when its height is below kOnPlane · (distance + sizes): some hundred roundings.
+inline constexpr double kOnPlane = 1e-13;
+
+/// Pairs further apart than kFarPair · (sum of their radii) take product quadrature of degree 5, whose relative error there
+/// is below 1e-6 and falls with the sixth power of the distance; the contour form, exact but for rounding, costs ten
+/// times as much.
+inline constexpr double kFarPair = 3;
+
 }  // namespace radiosity::tolerance

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "radiosity/meshing/types.hpp"
+
+namespace radiosity {
+
+/// A planar polygon with what the factors need of it.
+struct Polygon {
+  Polygon(std::vector<Vec3> corners, const Vec3& unit_normal);
+
+  std::vector<Vec3> corners;  ///< counter-clockwise about normal
+  Vec3 normal;                ///< unit
+  Vec3 centroid;
+  double area;
+  double radius;  ///< of the sphere round the centroid that holds the corners
+
+  /// A quadrature rule of degree 5 over the polygon; the weights add up to the area.
+  struct Node {
+    Vec3 x;
+    double weight;
+  };
+  std::vector<Node> nodes;
+};
+
+/// The part of a polygon where n·x ≥ d (Sutherland and Hodgman); corners within `slack` of the plane count as on it.
+/// Non-convex polygons may come out with pairs of coincident, opposite edges: their contour integrals cancel.
+std::vector<Vec3> clip(std::span<const Vec3> polygon, const Vec3& normal, double d, double slack);
+
+/// Unoccluded A_i F_ij in m² between two planar polygons that may lie partly behind each other's plane:
+///   A_i F_ij = 1/(2π) ∮_i ∮_j ln|x − y| dx·dy   [Sparrow1963]
+/// over the parts in front of each other. The inner integral is closed, the outer one a Gauss rule graded towards where
+/// the contours come near each other; parallel edges are closed altogether. Far pairs, where the contour form
+/// cancels, take a product Gauss rule of the kernel cosθ cosθ' / (π r²).
+double mutual_area(const Polygon& p, const Polygon& q);
+
+/// The two branches, without clipping: the choice between them, and the contour form alone.
+double unclipped_mutual_area(const Polygon& p, const Polygon& q);
+double contour_mutual_area(std::span<const Vec3> p, std::span<const Vec3> q);
+
+}  // namespace radiosity

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+
+#include "radiosity/meshing/patch_mesh.hpp"
+
+namespace radiosity {
+
+/// SplitMix64 [Steele2014]: a stream of random numbers that costs nothing to start, one for each patch or
+/// pair.
+class RandomStream {
+ public:
+  RandomStream(std::uint64_t seed, std::uint64_t stream) : state_(mix(seed + mix(stream + kGolden))) {}
+
+  std::uint64_t next() { return mix(state_ += kGolden); }
+
+  /// In [0, 1), a multiple of 2^-53.
+  double uniform() { return static_cast<double>(next() >> 11) * 0x1p-53; }
+
+ private:
+  static constexpr std::uint64_t kGolden = 0x9E3779B97F4A7C15;
+  static constexpr std::uint64_t mix(std::uint64_t z) {
+    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9;
+    z = (z ^ (z >> 27)) * 0x94D049BB133111EB;
+    return z ^ (z >> 31);
+  }
+  std::uint64_t state_;
+};
+
+/// A pair of numbers in [0, 1)².
+struct Sample2 {
+  double u, v;
+};
+
+/// Point k of the R2 sequence, shifted by `shift` on the torus: additive recurrence with the plastic number,
+/// whose first N points fill the unit square more evenly than random ones for every N [Roberts2018].
+inline Sample2 r2_point(std::uint64_t k, Sample2 shift) {
+  constexpr double kPlastic = 1.32471795724474602596;
+  const double n = static_cast<double>(k);
+  const double u = shift.u + n / kPlastic;
+  const double v = shift.v + n / (kPlastic * kPlastic);
+  return {u - std::floor(u), v - std::floor(v)};
+}
+
+/// Maps [0,1)² to the patch so that equal areas get equal shares: first one of its triangles, by area, then
+/// uniformly in it by (1 − √u, v√u).
+inline Vec3 point_on_patch(const PatchMesh& mesh, Index patch, Sample2 s) {
+  const auto triangles = mesh.triangles(patch);
+  double left = s.u * mesh.area(patch);
+  for (std::size_t t = 0;; ++t) {
+    const Vec3& a = mesh.vertex(triangles[t][0]);
+    const Vec3 ab = mesh.vertex(triangles[t][1]) - a;
+    const Vec3 ac = mesh.vertex(triangles[t][2]) - a;
+    const double area = ab.cross(ac).norm() / 2;
+    if (left < area || t + 1 == triangles.size()) {
+      const double r = std::sqrt(std::min(1.0, left / area));
+      return a + (1 - s.v) * r * ab + s.v * r * ac;
+    }
+    left -= area;
+  }
+}
+
+/// Two unit vectors that complete n to a right-handed frame.
+inline void tangents(const Vec3& n, Vec3& t, Vec3& b) {
+  t = (std::abs(n.x()) < 0.6 ? Vec3::UnitX() : Vec3::UnitY()).cross(n).normalized();
+  b = n.cross(t);
+}
+
+/// Area-preserving map of the unit square to the unit disk [ShirleyChiu1997]; squares stay nearly square.
+inline Sample2 concentric_disk(Sample2 s) {
+  const double a = 2 * s.u - 1;
+  const double b = 2 * s.v - 1;
+  if (a == 0 && b == 0) return {0, 0};
+  constexpr double kQuarter = std::numbers::pi / 4;
+  const bool steep = std::abs(a) <= std::abs(b);
+  const double r = steep ? b : a;
+  const double phi = steep ? 2 * kQuarter - kQuarter * (a / b) : kQuarter * (b / a);
+  return {r * std::cos(phi), r * std::sin(phi)};
+}
+
+}  // namespace radiosity
