@@ -1,1 +1,36 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "radiosity/solver/solution.hpp"
+
+namespace radiosity {
+
+EnergyBalance energy_balance(const RadiositySystem& system, const BandArray& radiosity,
+                             const BandArray& irradiance) {
+  const auto power = [&](const BandArray& exitance) -> BandValues {
+    return (exitance.colwise() * system.areas()).colwise().sum().transpose();
+  };
+  Eigen::ArrayXd escaped(system.size());
+  for (Index i = 0; i < system.size(); ++i)
+    escaped[i] = system.form_factors().escaped(i);
+  EnergyBalance energy;
+  energy.emitted_w = power(system.emission());
+  energy.absorbed_w = power((1 - system.reflectance()) * irradiance);
+  energy.escaped_w = power(radiosity.colwise() * escaped);
+  energy.imbalance =
+      (energy.emitted_w > 0)
+          .select((energy.emitted_w - energy.absorbed_w - energy.escaped_w) / energy.emitted_w, 0.0);
+  return energy;
+}
+
+Solution solve(const Solver& solver, const RadiositySystem& system, const PatchMesh& mesh,
+               const SolverOptions& options) {
+  Solution solution;
+  SolveResult result = solver.solve(system, options);
+  solution.radiosity = std::move(result.radiosity);
+  solution.report = std::move(result.report);
+  solution.irradiance = system.irradiance(solution.radiosity);
+  solution.vertex_radiosity = vertex_values(mesh, solution.radiosity);
+  solution.energy = energy_balance(system, solution.radiosity, solution.irradiance);
+  return solution;
+}
+
+}  // namespace radiosity

@@ -46,4 +46,7 @@ inline constexpr double kOnPlane = 1e-13;
 /// times as much.
 inline constexpr double kFarPair = 3;
 
+/// Nothing escapes when the area-weighted mean of 1 − Σ_j F_ij is below this: rounding of single precision row sums.
+inline constexpr double kNoEscape = 1e-6;
+
 }  // namespace radiosity::tolerance

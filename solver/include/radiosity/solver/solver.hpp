@@ -50,12 +50,14 @@ class Solver {
   SolveResult solve(const RadiositySystem& system, const SolverOptions& options = {}) const;
 
  protected:
-  /// What `iterate` reports to the shell after each iteration; false means: stop now. The shell compares the
-  /// estimate with the tolerance:  residual ≤ tolerance  ends the solve.
+  /// What `iterate` reports to the shell after each iteration: an estimate of the residual. False means: stop now.
   using Step = std::function<bool(double residual)>;
 
-  /// Starts from `radiosity` = E and improves it in place until `step` returns false.
-  virtual void iterate(const RadiositySystem& system, BandArray& radiosity, const Step& step) const = 0;
+  /// Starts from `radiosity` = E and improves it in place until `step` returns false, which it does at
+  ///   residual ≤ tolerance.
+  /// Inputs are checked, something is emitted and something reflects.
+  virtual void iterate(const RadiositySystem& system, double tolerance, BandArray& radiosity,
+                       const Step& step) const = 0;
   virtual Index default_max_iterations(Index patches) const = 0;
 };
 
