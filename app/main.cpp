@@ -1,3 +1,56 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
 
-int main() { return 0; }
+#include <cstdio>
+#include <exception>
+#include <new>
+#include <string>
+#include <string_view>
+
+#include "commands.hpp"
+#include "radiosity/formfactors/threads.hpp"
+#include "terminal.hpp"
+
+namespace {
+
+using namespace radiosity::app;
+
+// One line, whatever library the message is from.
+int fail(int status, std::string_view message) {
+  std::string line;
+  for (const char c : message) {
+    const bool after_break = line.ends_with("; ");
+    if (c == '\n')
+      line += after_break ? "" : "; ";
+    else if (c != ' ' || !after_break)
+      line += c;
+  }
+  std::fflush(stdout);
+  fmt::print(stderr, "radiosity: error: {}\n", line);
+  return status;
+}
+
+int run(const Options& options) {
+  const radiosity::ThreadLimit threads(options.threads);
+  if (options.command == "solve") return run_solve(options);
+  if (options.command == "factors") return run_factors(options);
+  if (options.command == "inspect") return run_inspect(options);
+  return run_view(options);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    const auto options = parse_command_line(argc, argv);
+    if (!options) return kDone;
+    catch_interrupts();
+    return run(*options);
+  } catch (const UsageError& e) {
+    return fail(kBadUsage, e.what());
+  } catch (const std::bad_alloc&) {
+    return fail(kBadInput, "out of memory; a larger --patch-size or --memory-limit may help");
+  } catch (const std::exception& e) {
+    return fail(kBadInput, e.what());
+  }
+}

@@ -1,5 +1,6 @@
 # radiosity_module(NAME SOURCES ... DEPENDS modules... PUBLIC targets... PRIVATE targets...)
 # A library radiosity_NAME with the alias radiosity::NAME: public headers in include/, everything else in src/.
+# It is installed and exported under the alias.
 function(radiosity_module name)
   cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS;PUBLIC;PRIVATE" ${ARGN})
   set(target radiosity_${name})
@@ -15,7 +16,10 @@ function(radiosity_module name)
     target_link_libraries(${target} PUBLIC radiosity_${module})
   endforeach()
   target_link_libraries(${target} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
+  target_compile_features(${target} PUBLIC cxx_std_20)
   radiosity_compile_options(${target})
+  install(TARGETS ${target} EXPORT radiosityTargets)
+  install(DIRECTORY include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 endfunction()
 
 function(radiosity_compile_options target)

@@ -22,8 +22,7 @@ class Analytic final : public FormFactorMethod {
     polygons_.reserve(static_cast<std::size_t>(mesh.patch_count()));
     for (Index i = 0; i < mesh.patch_count(); ++i) {
       std::vector<Vec3> corners;
-      for (const Index v : mesh.corners(i))
-        corners.push_back(mesh.vertex(v) - centre);
+      for (const Index v : mesh.corners(i)) corners.push_back(mesh.vertex(v) - centre);
       polygons_.emplace_back(std::move(corners), mesh.normal(i));
     }
   }

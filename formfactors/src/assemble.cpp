@@ -32,8 +32,7 @@ std::size_t at(Index i) {
 template <class F>
 void for_each_row(Index n, F&& f) {
   tbb::parallel_for(tbb::blocked_range<Index>(0, n, 64), [&](const tbb::blocked_range<Index>& block) {
-    for (Index i = block.begin(); i != block.end(); ++i)
-      f(i);
+    for (Index i = block.begin(); i != block.end(); ++i) f(i);
   });
 }
 
@@ -85,8 +84,7 @@ RowList transpose(const RowList& rows) {
   RowList t(rows.size());
   std::vector<std::size_t> count(rows.size(), 0);
   for (const Row& row : rows) {
-    for (const Index j : row.columns)
-      ++count[at(j)];
+    for (const Index j : row.columns) ++count[at(j)];
   }
   for (std::size_t j = 0; j < rows.size(); ++j) {
     t[j].columns.reserve(count[j]);
@@ -154,8 +152,7 @@ void symmetrise(RowList& rows, const Eigen::ArrayXd& areas) {
 
 double sum(const Row& row) {
   double s = 0;
-  for (const float f : row.values)
-    s += static_cast<double>(f);
+  for (const float f : row.values) s += static_cast<double>(f);
   return s;
 }
 
@@ -246,8 +243,7 @@ FormFactorMatrix::Rows pack(RowList& rows) {
   out.n = static_cast<Index>(rows.size());
   const std::size_t n = rows.size();
   std::size_t entries = 0;
-  for (const Row& row : rows)
-    entries += row.columns.size();
+  for (const Row& row : rows) entries += row.columns.size();
   const bool sparse =
       entries * (sizeof(float) + sizeof(Index)) + (n + 1) * sizeof(std::size_t) < n * n * sizeof(float);
   if (sparse) {

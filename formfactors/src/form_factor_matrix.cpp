@@ -6,24 +6,25 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 
 #include "radiosity/meshing/error.hpp"
 
 namespace radiosity {
 namespace {
 
-// y_b = Σ_j F_ij x_jb + d_i x_ib. A fixed number of bands lets the compiler keep the sums in registers.
-template <int kBands>
-void multiply_row(const FormFactorRow& row, Index i, const BandArray& x, BandArray& y) {
-  using Sum = Eigen::Array<double, 1, kBands>;
-  using Band = Eigen::Map<const Sum>;
-  const Index bands = static_cast<Index>(x.cols());
-  const double* data = x.data();
-  Sum sum = row.diagonal * Band(data + static_cast<std::ptrdiff_t>(i) * bands, bands);
+// y_b = Σ_j F_ij x_jb + d_i x_ib for kBands bands that lie side by side in rows of `stride` values: the compiler keeps their
+// sums in registers.
+template <std::size_t kBands>
+void multiply_row(const FormFactorRow& row, Index i, const double* x, std::ptrdiff_t stride, double* y) {
+  std::array<double, kBands> sum;
+  for (std::size_t b = 0; b < kBands; ++b)
+    sum[b] = row.diagonal * x[i * stride + static_cast<std::ptrdiff_t>(b)];
   for_each_entry(row, [&](Index j, float f) {
-    sum += static_cast<double>(f) * Band(data + static_cast<std::ptrdiff_t>(j) * bands, bands);
+    const double* xj = x + j * stride;
+    for (std::size_t b = 0; b < kBands; ++b) sum[b] += static_cast<double>(f) * xj[b];
   });
-  y.row(i) = sum;
+  std::copy(sum.begin(), sum.end(), y + i * stride);
 }
 
 }  // namespace
@@ -33,17 +34,14 @@ void FormFactors::multiply(const BandArray& x, BandArray& y) const {
     throw InputError(fmt::format("F has {} rows, the array to multiply has {}", size(), x.rows()));
   }
   y.resize(x.rows(), x.cols());
+  const std::ptrdiff_t stride = x.cols();
   tbb::parallel_for(tbb::blocked_range<Index>(0, size(), 64), [&](const tbb::blocked_range<Index>& block) {
     RowBuffer buffer;
     for (Index i = block.begin(); i != block.end(); ++i) {
       const FormFactorRow r = row(i, buffer);
-      if (x.cols() == 1) {
-        multiply_row<1>(r, i, x, y);
-      } else if (x.cols() == 3) {
-        multiply_row<3>(r, i, x, y);
-      } else {
-        multiply_row<Eigen::Dynamic>(r, i, x, y);
-      }
+      Index band = 0;
+      for (; band + 3 <= stride; band += 3) multiply_row<3>(r, i, x.data() + band, stride, y.data() + band);
+      for (; band < stride; ++band) multiply_row<1>(r, i, x.data() + band, stride, y.data() + band);
     }
   });
 }

@@ -38,8 +38,7 @@ std::vector<Item> convex_items(const PatchMesh& mesh) {
     if (whole) {
       items.push_back({{c[0], c[1], c[2], c[3]}, 4, i});
     } else {
-      for (const auto& t : mesh.triangles(i))
-        items.push_back({{t[0], t[1], t[2], t[2]}, 3, i});
+      for (const auto& t : mesh.triangles(i)) items.push_back({{t[0], t[1], t[2], t[2]}, 3, i});
     }
   }
   return items;
@@ -128,8 +127,7 @@ Hemicube::Hemicube(const Visibility& visibility, const FormFactorOptions& option
   }
   cells_ = delta_.size();
   const double sum = std::accumulate(delta_.begin(), delta_.end(), 0.0);
-  for (double& d : delta_)
-    d /= sum;
+  for (double& d : delta_) d /= sum;
 }
 
 // Planes through the eye that bound the faces' pyramids. A bit is set where the vertex is on the negative
@@ -179,9 +177,9 @@ void Hemicube::draw_item(const Item& item, bool front, const Face& face, std::si
   std::array<float, 3> normal = cross(minus(p[1], p[0]), minus(p[2], p[0]));
   const float d = normal[0] * p[0][0] + normal[1] * p[0][1] + normal[2] * p[0][2];
   if (d == 0) return;
-  for (float& c : normal)
-    c /= d;
-
+  // A wall without thickness shows each side its own front: at equal depth the front wins.
+  const float nearer = (front ? 1.0F : 1.0F - 8 * std::numeric_limits<float>::epsilon()) / d;
+  for (float& c : normal) c *= nearer;
   const int r = resolution_;
   const float h = 2.0F / static_cast<float>(r);
   // Rows that the item can reach: exact where all corners are in front of the eye.

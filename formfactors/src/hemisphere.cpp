@@ -57,10 +57,8 @@ void Hemisphere::rows(Index first, Index last, bool, const Sink& sink) const {
     // Which point goes with which block of directions is drawn too, or position and direction would be
     // correlated.
     std::vector<std::uint64_t> order(static_cast<std::size_t>(blocks_ * blocks_));
-    for (std::size_t k = 0; k < order.size(); ++k)
-      order[k] = k;
-    for (std::size_t k = order.size(); k > 1; --k)
-      std::swap(order[k - 1], order[random.next() % k]);
+    for (std::size_t k = 0; k < order.size(); ++k) order[k] = k;
+    for (std::size_t k = order.size(); k > 1; --k) std::swap(order[k - 1], order[random.next() % k]);
 
     columns.clear();
     Index lost = 0;

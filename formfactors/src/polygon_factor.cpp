@@ -162,8 +162,7 @@ Polygon::Polygon(std::vector<Vec3> c, const Vec3& unit_normal) : corners(std::mo
   centroid = corners.empty() ? Vec3::Zero() : corners[0];
   if (area > 0) centroid += moment / area;
   radius = 0;
-  for (const Vec3& v : corners)
-    radius = std::max(radius, (v - centroid).norm());
+  for (const Vec3& v : corners) radius = std::max(radius, (v - centroid).norm());
   nodes = quadrature_nodes(corners, normal);
 }
 
@@ -187,8 +186,7 @@ double contour_mutual_area(std::span<const Vec3> p, std::span<const Vec3> q) {
   edges_of(q, qe);
   double sum = 0;
   for (const Edge& e : pe) {
-    for (const Edge& f : qe)
-      sum += edge_pair(e, f);
+    for (const Edge& f : qe) sum += edge_pair(e, f);
   }
   return sum / (2 * std::numbers::pi);
 }

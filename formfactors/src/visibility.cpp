@@ -69,18 +69,30 @@ struct Visibility::Impl {
     const Impl* impl;
     const Plane* from;  // null for rays from anywhere
     const Plane* to;    // null for rays without an end
+    bool fronts_only;   // backs are passed through
   };
-  static void pass_through_planes(const RTCFilterFunctionNArguments* args);
+  static void filter(const RTCFilterFunctionNArguments* args);
+
+  bool shows_front(unsigned triangle, float dx, float dy, float dz) const {
+    const Plane& plane = planes[static_cast<std::size_t>(mesh->triangle_patch(static_cast<Index>(triangle)))];
+    return plane.nx * dx + plane.ny * dy + plane.nz * dz < 0;
+  }
 };
 
 // A hit that is higher above the plane of departure than rounding is accepted at once; only the others are
 // looked at.
-void Visibility::Impl::pass_through_planes(const RTCFilterFunctionNArguments* args) {
+void Visibility::Impl::filter(const RTCFilterFunctionNArguments* args) {
   const auto* context = reinterpret_cast<const Context*>(args->context);
-  if (context->from == nullptr) return;
+  if (context->from == nullptr && !context->fronts_only) return;
   const unsigned n = args->N;
   for (unsigned k = 0; k < n; ++k) {
     if (args->valid[k] == 0) continue;
+    if (context->fronts_only &&
+        !context->impl->shows_front(RTCHitN_primID(args->hit, n, k), RTCRayN_dir_x(args->ray, n, k),
+                                    RTCRayN_dir_y(args->ray, n, k), RTCRayN_dir_z(args->ray, n, k))) {
+      args->valid[k] = 0;
+      continue;
+    }
     const float t = RTCRayN_tfar(args->ray, n, k);
     const float x = RTCRayN_org_x(args->ray, n, k) + t * RTCRayN_dir_x(args->ray, n, k);
     const float y = RTCRayN_org_y(args->ray, n, k) + t * RTCRayN_dir_y(args->ray, n, k);
@@ -125,16 +137,14 @@ Visibility::Visibility(const PatchMesh& mesh)
   const std::size_t triangle_count = mesh.triangles().size();
   auto* v = static_cast<float*>(rtcSetNewGeometryBuffer(
       geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), impl_->vertices.size()));
-  for (const auto& x : impl_->vertices)
-    v = std::copy(x.begin(), x.end(), v);
+  for (const auto& x : impl_->vertices) v = std::copy(x.begin(), x.end(), v);
   auto* t = static_cast<unsigned*>(rtcSetNewGeometryBuffer(
       geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), triangle_count));
   for (const auto& triangle : mesh.triangles()) {
-    for (const Index corner : triangle)
-      *t++ = static_cast<unsigned>(corner);
+    for (const Index corner : triangle) *t++ = static_cast<unsigned>(corner);
   }
-  rtcSetGeometryIntersectFilterFunction(geometry, Impl::pass_through_planes);
-  rtcSetGeometryOccludedFilterFunction(geometry, Impl::pass_through_planes);
+  rtcSetGeometryIntersectFilterFunction(geometry, Impl::filter);
+  rtcSetGeometryOccludedFilterFunction(geometry, Impl::filter);
   rtcCommitGeometry(geometry);
   rtcAttachGeometryByID(impl_->scene, geometry, 0);
   rtcReleaseGeometry(geometry);
@@ -174,16 +184,31 @@ void Visibility::first_hits(Packet& packet) const {
     rays.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
   }
   rtcIntersect16(valid.data(), impl_->scene, &context.base, &rays);
+  bool any_back = false;
   for (int k = 0; k < packet.count; ++k) {
     const auto i = static_cast<std::size_t>(k);
-    if (rays.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) {
-      packet.hit[i] = kNothing;
-      continue;
+    packet.hit[i] = kNothing;
+    valid[i] = 0;
+    if (rays.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
+    const bool front = impl_->shows_front(rays.hit.primID[i], packet.dx[i], packet.dy[i], packet.dz[i]);
+    packet.hit[i] = front ? mesh_.triangle_patch(static_cast<Index>(rays.hit.primID[i])) : kBack;
+    if (front) continue;
+    // A wall without thickness shows each side its own front: look for one at the same place as the back.
+    const float slack = tolerance::kSamePlane / std::hypot(packet.dx[i], packet.dy[i], packet.dz[i]);
+    rays.ray.tnear[i] = std::max(0.0F, rays.ray.tfar[i] - slack);
+    rays.ray.tfar[i] += slack;
+    rays.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+    valid[i] = -1;
+    any_back = true;
+  }
+  if (!any_back) return;
+  context.fronts_only = true;
+  rtcIntersect16(valid.data(), impl_->scene, &context.base, &rays);
+  for (int k = 0; k < packet.count; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    if (valid[i] != 0 && rays.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID) {
+      packet.hit[i] = mesh_.triangle_patch(static_cast<Index>(rays.hit.primID[i]));
     }
-    const Index patch = mesh_.triangle_patch(static_cast<Index>(rays.hit.primID[i]));
-    const Plane& plane = impl_->planes[static_cast<std::size_t>(patch)];
-    const float approach = plane.nx * packet.dx[i] + plane.ny * packet.dy[i] + plane.nz * packet.dz[i];
-    packet.hit[i] = approach < 0 ? patch : kBack;
   }
 }
 
@@ -259,8 +284,19 @@ Visibility::Hit Visibility::first_hit(const Vec3& origin, const Vec3& direction)
   Hit hit;
   if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return hit;
   hit.patch = mesh_.triangle_patch(static_cast<Index>(ray.hit.primID));
-  hit.front = mesh_.normal(hit.patch).dot(direction) < 0;
+  hit.front = impl_->shows_front(ray.hit.primID, d.x(), d.y(), d.z());
   hit.distance = static_cast<double>(ray.ray.tfar);
+  if (hit.front) return hit;
+  const float slack = tolerance::kSamePlane / d.norm();
+  ray.ray.tnear = std::max(0.0F, ray.ray.tfar - slack);
+  ray.ray.tfar += slack;
+  ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  context.fronts_only = true;
+  rtcIntersect1(impl_->scene, &context.base, &ray);
+  if (ray.hit.geomID != RTC_INVALID_GEOMETRY_ID) {
+    hit.patch = mesh_.triangle_patch(static_cast<Index>(ray.hit.primID));
+    hit.front = true;
+  }
   return hit;
 }
 

@@ -1,1 +1,139 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <assimp/material.h>
+#include <assimp/scene.h>
+#include <fmt/format.h>
+
+#include <assimp/Importer.hpp>
+#include <set>
+
+#include "mesh_file.hpp"
+#include "radiosity/meshing/error.hpp"
+
+namespace radiosity {
+namespace {
+
+BandValues rgb(const aiColor4D& c) {
+  BandValues values(3);
+  values << c.r, c.g, c.b;
+  return values;
+}
+
+/// Node transforms are chained in double precision: a building's parts may be placed by long chains.
+Eigen::Matrix4d matrix(const aiMatrix4x4& m) {
+  Eigen::Matrix4d result;
+  for (unsigned r = 0; r < 4; ++r)
+    for (unsigned c = 0; c < 4; ++c)
+      result(r, c) = m[r][c];
+  return result;
+}
+
+class AssimpReader {
+ public:
+  explicit AssimpReader(const aiScene& scene) : scene_(scene) {}
+
+  MeshFile read() {
+    visit(*scene_.mRootNode, Eigen::Matrix4d::Identity());
+    if (skipped_ > 0)
+      mesh_.warnings.push_back(fmt::format("{} points and lines are not surfaces: left out", skipped_));
+    return std::move(mesh_);
+  }
+
+ private:
+  void visit(const aiNode& node, const Eigen::Matrix4d& parent) {
+    const Eigen::Matrix4d to_world = parent * matrix(node.mTransformation);
+    for (unsigned m = 0; m < node.mNumMeshes; ++m)
+      add(*scene_.mMeshes[node.mMeshes[m]], to_world);
+    for (unsigned c = 0; c < node.mNumChildren; ++c)
+      visit(*node.mChildren[c], to_world);
+  }
+
+  void add(const aiMesh& part, const Eigen::Matrix4d& to_world) {
+    auto& geometry = mesh_.geometry;
+    const auto first = static_cast<Index>(geometry.vertices.size());
+    for (unsigned v = 0; v < part.mNumVertices; ++v) {
+      const aiVector3D& x = part.mVertices[v];
+      geometry.vertices.push_back((to_world * Eigen::Vector4d(x.x, x.y, x.z, 1)).head<3>());
+    }
+    // A reflecting transform turns the order of corners, and with it the front, round.
+    const bool mirrored = to_world.topLeftCorner<3, 3>().determinant() < 0;
+    std::vector<Index> corners;
+    for (unsigned f = 0; f < part.mNumFaces; ++f) {
+      const aiFace& face = part.mFaces[f];
+      if (face.mNumIndices < 3) {
+        ++skipped_;
+        continue;
+      }
+      corners.clear();
+      for (unsigned k = 0; k < face.mNumIndices; ++k)
+        corners.push_back(first + static_cast<Index>(face.mIndices[mirrored ? face.mNumIndices - 1 - k : k]));
+      geometry.add_face(corners, material(part.mMaterialIndex));
+    }
+  }
+
+  Index material(unsigned number) {
+    const auto found = numbers_.find(number);
+    if (found != numbers_.end()) return found->second;
+    const auto result = static_cast<Index>(mesh_.materials.size());
+    numbers_.emplace(number, result);
+
+    const aiMaterial& source = *scene_.mMaterials[number];
+    MeshMaterial target{.name = source.GetName().C_Str()};
+    if (target.name == AI_DEFAULT_MATERIAL_NAME) {
+      target.name = kDefaultMaterial;
+      mesh_.warnings.push_back(fmt::format("faces without a material get '{}'", kDefaultMaterial));
+    } else {
+      if (target.name.empty()) target.name = fmt::format("material_{}", number);
+      aiColor4D colour;
+      if (source.Get(AI_MATKEY_BASE_COLOR, colour) == AI_SUCCESS ||
+          source.Get(AI_MATKEY_COLOR_DIFFUSE, colour) == AI_SUCCESS)
+        target.reflectance = rgb(colour);
+      if (source.Get(AI_MATKEY_COLOR_EMISSIVE, colour) == AI_SUCCESS) {
+        target.emission = rgb(colour);
+        float strength = 1;  // KHR_materials_emissive_strength
+        if (source.Get(AI_MATKEY_EMISSIVE_INTENSITY, strength) == AI_SUCCESS)
+          target.emission *= static_cast<double>(strength);
+      }
+      int two_sided = 0;
+      if (source.Get(AI_MATKEY_TWOSIDED, two_sided) == AI_SUCCESS && two_sided != 0)
+        mesh_.warnings.push_back(fmt::format(
+            "material '{}' is marked double-sided; only its front counts unless a scene file sets "
+            "sides = \"both\"",
+            target.name));
+      if (source.GetTextureCount(aiTextureType_BASE_COLOR) + source.GetTextureCount(aiTextureType_DIFFUSE) +
+              source.GetTextureCount(aiTextureType_EMISSIVE) >
+          0)
+        mesh_.warnings.push_back(fmt::format("material '{}': its texture is ignored", target.name));
+    }
+    const std::string wanted = target.name;
+    for (int k = 1; !names_.insert(target.name).second; ++k)
+      target.name = fmt::format("{}_{}", wanted, k);
+    if (target.name != wanted)
+      mesh_.warnings.push_back(
+          fmt::format("two materials are called '{}': one is now '{}'", wanted, target.name));
+    mesh_.materials.push_back(std::move(target));
+    return result;
+  }
+
+  const aiScene& scene_;
+  MeshFile mesh_;
+  std::map<unsigned, Index> numbers_;
+  std::set<std::string> names_;
+  std::size_t skipped_ = 0;
+};
+
+}  // namespace
+
+bool assimp_reads(const std::string& extension) {
+  return !extension.empty() && Assimp::Importer().IsExtensionSupported(extension);
+}
+
+MeshFile read_assimp(const std::filesystem::path& file) {
+  Assimp::Importer importer;
+  const aiScene* scene = importer.ReadFile(file.string(), 0);
+  if (!scene || !scene->mRootNode || (scene->mFlags & AI_SCENE_FLAGS_INCOMPLETE) != 0)
+    throw IoError(fmt::format("{}: cannot be understood: {}", file.string(),
+                              scene ? "it holds no complete scene" : importer.GetErrorString()));
+  return AssimpReader(*scene).read();
+}
+
+}  // namespace radiosity

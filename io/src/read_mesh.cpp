@@ -1,1 +1,59 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <fstream>
+#include <system_error>
+
+#include "mesh_file.hpp"
+#include "radiosity/meshing/error.hpp"
+
+namespace radiosity {
+
+namespace fs = std::filesystem;
+
+std::string lower_case_extension(const fs::path& file) {
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+void require_readable(const fs::path& file) {
+  std::error_code error;
+  const auto status = fs::status(file, error);
+  if (status.type() == fs::file_type::not_found)
+    throw IoError(fmt::format("{}: no such file", file.string()));
+  if (fs::is_directory(status)) throw IoError(fmt::format("{}: is a directory, not a file", file.string()));
+  errno = 0;
+  if (error || !std::ifstream(file))
+    throw IoError(fmt::format("{}: cannot be opened: {}", file.string(),
+                              error ? error.message() : std::generic_category().message(errno)));
+}
+
+MeshFile read_mesh(const fs::path& file) {
+  require_readable(file);
+  const std::string extension = lower_case_extension(file);
+  MeshFile mesh;
+  if (extension == ".obj")
+    mesh = read_obj(file);
+  else if (extension == ".ply" || extension == ".stl" || extension == ".off")
+    mesh = read_soup(file, extension);
+  else if (extension == ".vtp" || extension == ".vtu")
+    mesh = read_vtk(file, extension);
+  else if (extension == ".toml")
+    throw InputError(fmt::format("{}: a scene file cannot stand for a mesh", file.string()));
+  else if (assimp_reads(extension))
+    mesh = read_assimp(file);
+  else
+    throw IoError(
+        fmt::format("{}: unknown extension '{}'; known are .toml .obj .ply .stl .off .gltf .glb .dae "
+                    ".ifc .vtp .vtu, and .fbx .3ds .x3d and others through assimp",
+                    file.string(), extension));
+  if (mesh.geometry.face_material.empty())
+    throw InputError(fmt::format("{}: the mesh has no faces", file.string()));
+  return mesh;
+}
+
+}  // namespace radiosity

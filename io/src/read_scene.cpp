@@ -1,1 +1,183 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "radiosity/io/read_scene.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "mesh_file.hpp"
+#include "nearest_name.hpp"
+#include "radiosity/meshing/error.hpp"
+#include "scene_file.hpp"
+
+namespace radiosity {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Finds the number of bands: that of the first values given per band; all others must agree.
+class BandCount {
+ public:
+  void add(Eigen::Index bands, const std::string& place, const std::string& object) {
+    if (count_ == 0) {
+      count_ = bands;
+      first_ = object;
+    } else if (bands != count_) {
+      throw InputError(fmt::format("{}: {} has {} values, but {} has {}; all need one value per band", place,
+                                   object, bands, first_, count_));
+    }
+  }
+  Eigen::Index count() const { return std::max<Eigen::Index>(count_, 1); }
+
+ private:
+  Eigen::Index count_ = 0;
+  std::string first_;
+};
+
+class SceneBuilder {
+ public:
+  SceneBuilder(fs::path file, SceneFile scene_file, MeshFile mesh)
+      : file_(std::move(file)), settings_(std::move(scene_file)), mesh_(std::move(mesh)) {}
+
+  Scene build() {
+    check_names();
+    count_bands();
+    for (Vec3& x : mesh_.geometry.vertices)
+      x *= settings_.metres_per_unit;
+    for (const MeshMaterial& material : mesh_.materials)
+      mesh_.geometry.materials.push_back(finish(material));
+    return with_power(make_scene());
+  }
+
+ private:
+  const MaterialSetting* setting(const std::string& name) const {
+    const auto found = settings_.materials.find(name);
+    return found == settings_.materials.end() ? nullptr : &found->second;
+  }
+
+  void check_names() const {
+    std::vector<std::string> names;
+    for (const auto& material : mesh_.materials)
+      names.push_back(material.name);
+    for (const auto& [name, values] : settings_.materials)
+      if (std::find(names.begin(), names.end(), name) == names.end())
+        throw InputError(fmt::format(
+            "{}:{}: no face of {} has the material '{}'; the nearest name there is '{}'", file_.string(),
+            values.line, settings_.mesh.string(), name, nearest_name(name, names)));
+    std::vector<std::string> set;
+    for (const auto& [name, values] : settings_.materials)
+      set.push_back(name);
+    for (const auto& material : mesh_.materials)
+      if (!material.undefined.empty() && !setting(material.name))
+        throw InputError(set.empty() ? material.undefined
+                                     : fmt::format("{}; the nearest name in {} is '{}'", material.undefined,
+                                                   file_.string(), nearest_name(material.name, set)));
+  }
+
+  void count_bands() {
+    for (const auto& material : mesh_.materials) {
+      const MaterialSetting* const own = setting(material.name);
+      const auto add = [&](const char* quantity, const BandSetting* set, const BandValues& from_mesh) {
+        const std::string object = fmt::format("{} of material '{}'", quantity, material.name);
+        if (set && set->per_band)
+          bands_.add(set->values.size(), fmt::format("{}:{}", file_.string(), set->line), object);
+        else if (!set && from_mesh.size() > 1)
+          bands_.add(from_mesh.size(), settings_.mesh.string(), object);
+      };
+      add("reflectance", own && own->reflectance ? &*own->reflectance : nullptr, material.reflectance);
+      if (own && own->power)
+        add("power", &*own->power, {});
+      else
+        add("emission", own && own->emission ? &*own->emission : nullptr, material.emission);
+    }
+  }
+
+  BandValues spread(const BandValues& values) const {
+    return values.size() == 1 ? BandValues::Constant(bands_.count(), values[0]) : values;
+  }
+
+  Material finish(const MeshMaterial& source) const {
+    const MaterialSetting* const own = setting(source.name);
+    Material material;
+    material.name = source.name;
+    // A material that only the scene file defines absorbs everything unless the file says otherwise.
+    const BandValues own_default = BandValues::Zero(1);
+    const bool defined = source.undefined.empty();
+    material.reflectance = spread(own && own->reflectance ? own->reflectance->values
+                                  : defined               ? source.reflectance
+                                                          : own_default);
+    if (own && own->power)
+      material.emission = spread(own_default);
+    else
+      material.emission = spread(own && own->emission ? own->emission->values : source.emission);
+    if (own && own->sides) material.sides = *own->sides;
+    return material;
+  }
+
+  Scene make_scene() {
+    try {
+      return Scene(std::move(mesh_.geometry));
+    } catch (const InputError& error) {
+      throw InputError(fmt::format("{}: {}", settings_.mesh.string(), error.what()));
+    }
+  }
+
+  /// E = power / area, the area of both sides where both radiate.
+  Scene with_power(const Scene& scene) const {
+    std::vector<Material> materials = scene.materials();
+    for (std::size_t m = 0; m < materials.size(); ++m) {
+      const MaterialSetting* const own = setting(materials[m].name);
+      if (!own || !own->power) continue;
+      const double area = scene.material_area(static_cast<Index>(m));
+      if (!(area > 0))
+        throw InputError(fmt::format("{}:{}: material '{}': its faces have no area to spread the power over",
+                                     file_.string(), own->power->line, materials[m].name));
+      materials[m].emission = spread(own->power->values) / area;
+    }
+    return scene.with_materials(std::move(materials));
+  }
+
+  fs::path file_;
+  SceneFile settings_;
+  MeshFile mesh_;
+  BandCount bands_;
+};
+
+}  // namespace
+
+LoadedScene read_scene(const fs::path& file) {
+  require_readable(file);
+  SceneFile scene_file;
+  if (lower_case_extension(file) == ".toml")
+    scene_file = read_scene_file(file);
+  else
+    scene_file.mesh = file;
+  MeshFile mesh = read_mesh(scene_file.mesh);
+
+  SceneSettings settings = scene_file.settings;
+  const fs::path mesh_file = scene_file.mesh;
+  std::vector<std::string> warnings = std::move(mesh.warnings);
+  Scene scene = SceneBuilder(file, std::move(scene_file), std::move(mesh)).build();
+  for (const Material& material : scene.materials())
+    for (Eigen::Index b = 0; b < material.reflectance.size(); ++b)
+      if (material.reflectance[b] == 1)
+        warnings.push_back(
+            fmt::format("material '{}': reflectance is 1 in band {}: the surface absorbs nothing there",
+                        material.name, b));
+  return {std::move(scene), std::move(settings), mesh_file, std::move(warnings)};
+}
+
+void require_emission(const Scene& scene, const fs::path& file) {
+  for (Index f = 0; f < scene.face_count(); ++f)
+    if ((scene.materials()[static_cast<std::size_t>(scene.material(f))].emission > 0).any()) return;
+  const std::string& name = scene.materials().front().name;
+  throw InputError(fmt::format(
+      "{}: nothing emits light, so every radiosity is 0. To add a lamp, give a material an emission: a line "
+      "'Ke 10 10 10' in the .mtl of an OBJ, emissiveFactor in a glTF, a cell array 'emission' in a .vtp or "
+      ".vtu, or a "
+      "scene file (.toml) with\n  mesh = \"{}\"\n  [materials.{}]\n  emission = 10    # W/m², or: power = "
+      "100  # W",
+      file.string(), file.filename().string(), name));
+}
+
+}  // namespace radiosity

@@ -1,1 +1,138 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "radiosity/io/report.hpp"
+
+#include <sys/resource.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "radiosity/io/output.hpp"
+#include "radiosity/meshing/error.hpp"
+
+namespace radiosity {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+template <class Derived>
+Json numbers(const Eigen::DenseBase<Derived>& values) {
+  Json array = Json::array();
+  for (Eigen::Index k = 0; k < values.size(); ++k)
+    array.push_back(values.derived().coeff(k));
+  return array;
+}
+
+Json to_json(const Repairs& repairs) {
+  return {{"merged_vertices", repairs.merged_vertices},
+          {"degenerate_faces", repairs.degenerate_faces},
+          {"duplicate_faces", repairs.duplicate_faces},
+          {"flipped_faces", repairs.flipped_faces},
+          {"triangulated_faces", repairs.triangulated_faces},
+          {"non_planar_faces", repairs.non_planar_faces},
+          {"cut_faces", repairs.cut_faces}};
+}
+
+Json to_json(const Report::SceneFacts& scene) {
+  return {{"file", scene.file},
+          {"surfaces", scene.surfaces},
+          {"patches", scene.patches},
+          {"bands", scene.bands},
+          {"area_m2", scene.area_m2},
+          {"bounds_m", Json::array({numbers(scene.lower), numbers(scene.upper)})},
+          {"repairs", to_json(scene.repairs)},
+          {"warnings", scene.warnings}};
+}
+
+Json to_json(const Report::Modelled& modelled) {
+  return {{"bands", modelled.bands}, {"occlusion", modelled.occlusion}, {"left_out", modelled.left_out}};
+}
+
+Json to_json(const FormFactorQuality& quality) {
+  return {{"closure_error_max", quality.closure_error_max},
+          {"closure_error_mean", quality.closure_error_mean},
+          {"reciprocity_error_max", quality.reciprocity_error_max}};
+}
+
+Json to_json(const Report::FormFactorFacts& facts) {
+  Json parameters = Json::object();
+  for (const auto& [name, value] : facts.parameters)
+    parameters[name] = value;
+  const AssemblyReport& assembly = facts.assembly;
+  Json json = {{"method", facts.method},     {"parameters", parameters}, {"storage", facts.storage},
+               {"nonzeros", facts.nonzeros}, {"bytes", facts.bytes},     {"rays", assembly.rays}};
+  json.update(to_json(assembly.after));
+  json["escaped_mean"] = assembly.escaped_mean;
+  json["before"] = to_json(assembly.before);
+  json["closed_scene"] = assembly.closed_scene;
+  json["closed_rows"] = assembly.closed_rows;
+  json["blind_patches"] = assembly.blind_patches;
+  return json;
+}
+
+const char* name(SolveStatus status) {
+  switch (status) {
+    case SolveStatus::converged:
+      return "converged";
+    case SolveStatus::iteration_limit:
+      return "iteration_limit";
+    case SolveStatus::stopped:
+      return "stopped";
+    case SolveStatus::failed:
+      break;
+  }
+  return "failed";
+}
+
+Json to_json(const Report::SolverFacts& solver) {
+  return {{"name", solver.name},
+          {"iterations", solver.report.iterations},
+          {"residual", solver.report.residual},
+          {"tolerance", solver.tolerance},
+          {"status", name(solver.report.status)},
+          {"message", solver.report.message},
+          {"history", solver.report.history}};
+}
+
+Json to_json(const EnergyBalance& energy) {
+  return {{"emitted_w", numbers(energy.emitted_w)},
+          {"absorbed_w", numbers(energy.absorbed_w)},
+          {"escaped_w", numbers(energy.escaped_w)},
+          {"imbalance", numbers(energy.imbalance)}};
+}
+
+Json to_json(const Report::Seconds& seconds) {
+  return {{"read", seconds.read},   {"mesh", seconds.mesh},   {"form_factors", seconds.form_factors},
+          {"solve", seconds.solve}, {"write", seconds.write}, {"total", seconds.total}};
+}
+
+}  // namespace
+
+void write_report(const std::filesystem::path& file, const Report& report) {
+  Json json = {{"version", report.version}, {"command", report.command}, {"converged", report.converged}};
+  const auto add = [&json](const char* part, const auto& facts) {
+    if (facts) json[part] = to_json(*facts);
+  };
+  add("scene", report.scene);
+  add("modelled", report.modelled);
+  add("form_factors", report.form_factors);
+  add("solver", report.solver);
+  add("energy", report.energy);
+  json["seconds"] = to_json(report.seconds);
+  json["peak_memory_bytes"] = report.peak_memory_bytes;
+  // File names need not be UTF-8; numbers that are not finite become null.
+  const std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace);
+  write_atomically(file, [&](const std::filesystem::path& temporary) {
+    std::ofstream out(temporary, std::ios::binary);
+    out << text << '\n';
+    out.close();
+    if (!out) throw IoError("the disk is full or the file cannot be opened");
+  });
+}
+
+std::uint64_t peak_memory_bytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;  // Linux counts KiB
+}
+
+}  // namespace radiosity

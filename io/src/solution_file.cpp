@@ -1,1 +1,286 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "radiosity/io/solution_file.hpp"
+
+#include <fmt/format.h>
+#include <vtkCellArray.h>
+#include <vtkCellData.h>
+#include <vtkDoubleArray.h>
+#include <vtkErrorCode.h>
+#include <vtkFieldData.h>
+#include <vtkIdList.h>
+#include <vtkIntArray.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkStringArray.h>
+#include <vtkUnsignedCharArray.h>
+#include <vtkXMLDataElement.h>
+#include <vtkXMLPolyDataReader.h>
+#include <vtkXMLPolyDataWriter.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <limits>
+
+#include "mesh_file.hpp"
+#include "radiosity/io/image.hpp"
+#include "radiosity/io/output.hpp"
+#include "radiosity/meshing/error.hpp"
+#include "vtk_support.hpp"
+
+namespace radiosity {
+namespace {
+
+namespace fs = std::filesystem;
+
+void add_doubles(vtkFieldData* data, const char* name, const BandArray& values) {
+  vtkNew<vtkDoubleArray> array;
+  array->SetName(name);
+  array->SetNumberOfComponents(static_cast<int>(values.cols()));
+  array->SetNumberOfTuples(values.rows());
+  std::copy_n(values.data(), values.size(), array->GetPointer(0));
+  data->AddArray(array);
+}
+
+template <class Value>
+void add_integers(vtkFieldData* data, const char* name, Index count, Value&& value) {
+  vtkNew<vtkIntArray> array;
+  array->SetName(name);
+  array->SetNumberOfValues(count);
+  for (Index i = 0; i < count; ++i)
+    array->SetValue(i, value(i));
+  data->AddArray(array);
+}
+
+void add_strings(vtkFieldData* data, const char* name, const std::vector<std::string>& values) {
+  vtkNew<vtkStringArray> array;
+  array->SetName(name);
+  for (const auto& value : values)
+    array->InsertNextValue(value);
+  data->AddArray(array);
+}
+
+void add_display_rgb(vtkPolyData& data, const BandArray& vertex_radiosity, double exposure) {
+  const auto colours = tone_map(vertex_radiosity, exposure);
+  vtkNew<vtkUnsignedCharArray> array;
+  array->SetName("display_rgb");
+  array->SetNumberOfComponents(3);
+  array->SetNumberOfTuples(static_cast<vtkIdType>(colours.size()));
+  for (std::size_t v = 0; v < colours.size(); ++v)
+    array->SetTypedTuple(static_cast<vtkIdType>(v), colours[v].data());
+  data.GetPointData()->AddArray(array);
+}
+
+vtkSmartPointer<vtkPolyData> geometry(const PatchMesh& mesh) {
+  vtkNew<vtkPoints> points;
+  points->SetDataTypeToDouble();
+  points->SetNumberOfPoints(mesh.vertex_count());
+  for (Index v = 0; v < mesh.vertex_count(); ++v)
+    points->SetPoint(v, mesh.vertex(v).data());
+  vtkNew<vtkCellArray> polygons;
+  for (Index i = 0; i < mesh.patch_count(); ++i) {
+    polygons->InsertNextCell(static_cast<int>(mesh.corners(i).size()));
+    for (const Index v : mesh.corners(i))
+      polygons->InsertCellPoint(v);
+  }
+  auto data = vtkSmartPointer<vtkPolyData>::New();
+  data->SetPoints(points);
+  data->SetPolys(polygons);
+  add_integers(data->GetCellData(), "surface", mesh.patch_count(), [&](Index i) { return mesh.surface(i); });
+  add_integers(data->GetCellData(), "material", mesh.patch_count(),
+               [&](Index i) { return mesh.material(i); });
+  std::vector<std::string> names;
+  for (const Material& material : mesh.materials())
+    names.push_back(material.name);
+  add_strings(data->GetFieldData(), "material_names", names);
+  add_strings(data->GetFieldData(), "units", {"W/m2; m"});
+  return data;
+}
+
+void write(const fs::path& file, vtkPolyData& data) {
+  write_atomically(file, [&](const fs::path& temporary) {
+    vtkNew<vtkXMLPolyDataWriter> writer;
+    vtkNew<VtkErrors> errors;
+    errors->watch(writer);
+    writer->SetHeaderTypeToUInt64();  // blocks may exceed 4 GiB
+    writer->SetFileName(temporary.c_str());
+    writer->SetInputData(&data);
+    if (writer->Write() == 0 || !errors->first().empty() || writer->GetErrorCode() != vtkErrorCode::NoError)
+      throw IoError(errors->first().empty() ? vtkErrorCode::GetStringFromErrorCode(writer->GetErrorCode())
+                                            : errors->first());
+  });
+}
+
+BandArray scalar(double value) {
+  return BandArray::Constant(1, 1, value);
+}
+
+void require_shape(const BandArray& values, Index rows, Index bands, const char* name) {
+  if (values.rows() != rows || values.cols() != bands)
+    throw InputError(fmt::format("{} has {} rows and {} bands, but the mesh has {} and {}", name,
+                                 values.rows(), values.cols(), rows, bands));
+}
+
+/// Reads the arrays of one file, naming it in every complaint.
+class SolutionReader {
+ public:
+  SolutionReader(const fs::path& file, vtkPolyData& data) : file_(file), data_(data) {}
+
+  SolvedMesh read() {
+    const Index patches = static_cast<Index>(data_.GetNumberOfPolys());
+    if (patches == 0 || data_.GetNumberOfCells() != patches)
+      fail("has no polygons, or cells that are not polygons");
+    BandArray radiosity = cells("radiosity");
+    auto vertex_radiosity = band_array(data_.GetPointData(), "radiosity");
+    if (!vertex_radiosity) fail("has no point array 'radiosity'");
+    const Eigen::Index bands = radiosity.cols();
+    if (vertex_radiosity->cols() != bands) fail("has different numbers of bands per cell and per point");
+
+    PatchMesh::Arrays arrays;
+    for (vtkIdType v = 0; v < data_.GetNumberOfPoints(); ++v) {
+      Vec3 x;
+      data_.GetPoint(v, x.data());
+      arrays.vertices.push_back(x);
+    }
+    arrays.patch_surface = indices("surface", std::numeric_limits<Index>::max());
+    const auto names = strings(data_.GetFieldData(), "material_names");
+    arrays.patch_material = indices("material", static_cast<double>(names.size()) - 1);
+    vtkNew<vtkIdList> ids;
+    for (Index i = 0; i < patches; ++i) {
+      data_.GetCellPoints(i, ids);
+      for (vtkIdType k = 0; k < ids->GetNumberOfIds(); ++k)
+        arrays.corners.push_back(static_cast<Index>(ids->GetId(k)));
+      arrays.patch_start.push_back(static_cast<Index>(arrays.corners.size()));
+    }
+    for (const auto& name : names)  // those that no patch uses stay black
+      arrays.materials.push_back({name, BandValues::Zero(bands), BandValues::Zero(bands)});
+    const BandArray reflectance = cells("reflectance"), emission = cells("emission");
+    if (reflectance.cols() != bands || emission.cols() != bands)
+      fail("has different numbers of bands in radiosity, reflectance and emission");
+    for (Index i = 0; i < patches; ++i) {
+      Material& material =
+          arrays.materials[static_cast<std::size_t>(arrays.patch_material[static_cast<std::size_t>(i)])];
+      material.reflectance = reflectance.row(i).transpose();
+      material.emission = emission.row(i).transpose();
+    }
+    std::optional<double> exposure;
+    if (const auto value = band_array(data_.GetFieldData(), "exposure"); value && value->size() == 1)
+      exposure = (*value)(0, 0);
+    try {
+      return {PatchMesh(std::move(arrays)), std::move(radiosity), std::move(*vertex_radiosity), exposure};
+    } catch (const InputError& error) {
+      fail(fmt::format("holds a mesh that is not valid: {}", error.what()));
+    }
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& what) const {
+    throw IoError(fmt::format("{}: is not a solved scene: it {}", file_.string(), what));
+  }
+
+  BandArray cells(const char* name) const {
+    auto values = band_array(data_.GetCellData(), name);
+    if (!values) fail(fmt::format("has no cell array '{}'", name));
+    return std::move(*values);
+  }
+
+  std::vector<Index> indices(const char* name, double last) const {
+    const BandArray values = cells(name);
+    std::vector<Index> result;
+    for (Eigen::Index i = 0; i < values.rows(); ++i) {
+      const double value = values(i, 0);
+      if (values.cols() != 1 || !(value >= 0 && value <= last) || value != std::floor(value))
+        fail(fmt::format("has {} = {} in cell {}, which is not a number from 0 to {}", name, value, i, last));
+      result.push_back(static_cast<Index>(value));
+    }
+    return result;
+  }
+
+  const fs::path& file_;
+  vtkPolyData& data_;
+};
+
+}  // namespace
+
+void write_solution(const fs::path& file, const PatchMesh& mesh, const Solution& solution,
+                    const Provenance& provenance, double exposure) {
+  require_shape(solution.radiosity, mesh.patch_count(), mesh.bands(), "radiosity");
+  require_shape(solution.irradiance, mesh.patch_count(), mesh.bands(), "irradiance");
+  require_shape(solution.vertex_radiosity, mesh.vertex_count(), mesh.bands(), "vertex radiosity");
+  const auto data = geometry(mesh);
+  auto* const cells = data->GetCellData();
+  add_doubles(cells, "radiosity", solution.radiosity);
+  add_doubles(cells, "irradiance", solution.irradiance);
+  add_doubles(cells, "emission", mesh.emission());
+  add_doubles(cells, "reflectance", mesh.reflectance());
+  add_doubles(cells, "area", mesh.areas());
+  add_doubles(data->GetPointData(), "radiosity", solution.vertex_radiosity);
+  add_display_rgb(*data, solution.vertex_radiosity, exposure);
+  auto* const fields = data->GetFieldData();
+  add_strings(fields, "version", {provenance.version});
+  add_strings(fields, "command", {provenance.command});
+  add_strings(fields, "method", {provenance.method});
+  add_strings(fields, "solver", {provenance.solver});
+  add_integers(fields, "converged", 1, [&](Index) { return provenance.converged ? 1 : 0; });
+  add_doubles(fields, "residual", scalar(solution.report.residual));
+  add_doubles(fields, "exposure", scalar(exposure));
+  write(file, *data);
+}
+
+SolvedMesh read_solution(const fs::path& file) {
+  require_readable(file);
+  if (lower_case_extension(file) != ".vtp")
+    throw IoError(fmt::format("{}: a solved scene has the extension .vtp", file.string()));
+  vtkNew<vtkXMLPolyDataReader> reader;
+  read_xml(*reader, file);
+  return SolutionReader(file, *reader->GetOutput()).read();
+}
+
+SolutionSeries::SolutionSeries(fs::path pvd_file, const PatchMesh& mesh)
+    : file_(std::move(pvd_file)), mesh_(mesh) {}
+
+void SolutionSeries::add(double time, const BandArray& patch_radiosity, double exposure) {
+  require_shape(patch_radiosity, mesh_.patch_count(), mesh_.bands(), "radiosity");
+  if (steps_.empty()) exposure_ = exposure;
+  const fs::path folder = file_.parent_path() / file_.stem();
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw IoError(fmt::format("{}: cannot be created: {}", folder.string(), error.message()));
+  const std::string name = fmt::format("{}_{:04}.vtp", file_.stem().string(), steps_.size());
+
+  const auto data = geometry(mesh_);
+  const BandArray at_vertices = vertex_values(mesh_, patch_radiosity);
+  add_doubles(data->GetCellData(), "radiosity", patch_radiosity);
+  add_doubles(data->GetPointData(), "radiosity", at_vertices);
+  add_display_rgb(*data, at_vertices, exposure_);
+  add_doubles(data->GetFieldData(), "exposure", scalar(exposure_));
+  write(folder / name, *data);
+  steps_.emplace_back(time, (file_.stem() / name).generic_string());
+}
+
+void SolutionSeries::finish() {
+  vtkNew<vtkXMLDataElement> root;
+  root->SetName("VTKFile");
+  root->SetAttribute("type", "Collection");
+  root->SetAttribute("version", "0.1");
+  vtkNew<vtkXMLDataElement> collection;
+  collection->SetName("Collection");
+  root->AddNestedElement(collection);
+  for (const auto& [time, step] : steps_) {
+    vtkNew<vtkXMLDataElement> data_set;
+    data_set->SetName("DataSet");
+    data_set->SetAttribute("timestep", fmt::format("{}", time).c_str());
+    data_set->SetAttribute("part", "0");
+    data_set->SetAttribute("file", step.c_str());
+    collection->AddNestedElement(data_set);
+  }
+  write_atomically(file_, [&](const fs::path& temporary) {
+    std::ofstream out(temporary);
+    out << "<?xml version=\"1.0\"?>\n";
+    root->PrintXML(out, vtkIndent());
+    out.close();
+    if (!out) throw IoError("the disk is full or the file cannot be opened");
+  });
+}
+
+}  // namespace radiosity

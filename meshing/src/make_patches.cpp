@@ -1,1 +1,252 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "radiosity/meshing/make_patches.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "contacts.hpp"
+#include "radiosity/meshing/error.hpp"
+#include "radiosity/meshing/tolerances.hpp"
+#include "subdivide.hpp"
+#include "surface.hpp"
+
+namespace radiosity {
+namespace {
+
+template <class... Functions>
+struct Overloaded : Functions... {
+  using Functions::operator()...;
+};
+
+Pieces whole_faces(const Surface& surface) {
+  Pieces pieces{surface.points, surface.corners, surface.start, {}, {}};
+  pieces.polygon.resize(at(surface.count()));
+  std::iota(pieces.polygon.begin(), pieces.polygon.end(), 0);
+  return pieces;
+}
+
+/// For each corner of each piece, the first corner that shares its vertex. Pieces share the vertices of an
+/// edge when the surface is smooth over it.
+std::vector<Index> shared_corners(const Pieces& pieces, const Surface& surface) {
+  std::vector<Index> parent(pieces.corners.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&](Index c) {
+    while (parent[at(c)] != c)
+      c = parent[at(c)] = parent[at(parent[at(c)])];
+    return c;
+  };
+  const auto unite = [&](Index a, Index b) {
+    const Index ra = root(a), rb = root(b);
+    parent[at(std::max(ra, rb))] = std::min(ra, rb);
+  };
+  struct Side {
+    std::uint64_t key;
+    Index piece, corner, next;  ///< the edge runs from corner to next
+  };
+  std::vector<Side> sides;
+  sides.reserve(pieces.corners.size());
+  std::vector<Vec3> normals;
+  normals.reserve(pieces.polygon.size());
+  for (std::size_t p = 0; p < pieces.polygon.size(); ++p) {
+    const Index first = pieces.start[p], last = pieces.start[p + 1];
+    normals.push_back(
+        polygon::area_vector(pieces.points, std::span(pieces.corners).subspan(at(first), at(last - first)))
+            .normalized());
+    for (Index c = first; c < last; ++c) {
+      const Index next = c + 1 < last ? c + 1 : first;
+      sides.push_back(
+          {edge_key(pieces.corners[at(c)], pieces.corners[at(next)]), static_cast<Index>(p), c, next});
+    }
+  }
+  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+    return a.key != b.key ? a.key < b.key : a.corner < b.corner;
+  });
+  for (std::size_t k = 0, next; k < sides.size(); k = next) {
+    for (next = k + 1; next < sides.size() && sides[next].key == sides[k].key;)
+      ++next;
+    if (next - k != 2) continue;
+    const Side &a = sides[k], &b = sides[k + 1];
+    const auto material = [&](const Side& side) {
+      return surface.material[at(pieces.polygon[at(side.piece)])];
+    };
+    const bool opposed = pieces.corners[at(a.corner)] == pieces.corners[at(b.next)];
+    if (!opposed || a.piece == b.piece || material(a) != material(b) ||
+        normals[at(a.piece)].dot(normals[at(b.piece)]) < tolerance::kSmoothCosine ||
+        pieces.creases.contains(a.key))
+      continue;
+    unite(a.corner, b.next);
+    unite(a.next, b.corner);
+  }
+  for (std::size_t c = 0; c < parent.size(); ++c)
+    parent[c] = root(static_cast<Index>(c));
+  return parent;
+}
+
+Index count_with_backs(const Pieces& pieces, const Surface& surface, const Scene& scene) {
+  Index count = 0;
+  for (const Index p : pieces.polygon)
+    count += scene.materials()[at(surface.material[at(p)])].sides == Sides::both ? 2 : 1;
+  return count;
+}
+
+PatchMesh to_mesh(const Pieces& pieces, const Surface& surface, const Scene& scene) {
+  const std::vector<Index> shared = shared_corners(pieces, surface);
+  PatchMesh::Arrays arrays;
+  arrays.materials = scene.materials();
+  // Vertices are numbered in the order of their first use.
+  const auto add_patches = [&](bool back) {
+    std::vector<Index> vertex_of(pieces.corners.size(), -1);
+    for (std::size_t p = 0; p < pieces.polygon.size(); ++p) {
+      const Index polygon = pieces.polygon[p], material = surface.material[at(polygon)];
+      if (back && scene.materials()[at(material)].sides != Sides::both) continue;
+      const Index first = pieces.start[p], n = pieces.start[p + 1] - first;
+      for (Index k = 0; k < n; ++k) {
+        const Index corner = first + (back ? (n - k) % n : k);
+        Index& vertex = vertex_of[at(shared[at(corner)])];
+        if (vertex < 0) {
+          vertex = static_cast<Index>(arrays.vertices.size());
+          arrays.vertices.push_back(pieces.points[at(pieces.corners[at(corner)])]);
+        }
+        arrays.corners.push_back(vertex);
+      }
+      arrays.patch_start.push_back(static_cast<Index>(arrays.corners.size()));
+      arrays.patch_surface.push_back(surface.face[at(polygon)]);
+      arrays.patch_material.push_back(material);
+    }
+  };
+  add_patches(false);
+  add_patches(true);
+  return PatchMesh(std::move(arrays));
+}
+
+/// Edges of one-sided faces that no other face shares and that do not lie on another face.
+Index open_edges(const Surface& surface, const Contacts& contacts, const Scene& scene) {
+  std::vector<std::pair<std::uint64_t, Index>> sides;
+  for (Index p = 0; p < surface.count(); ++p) {
+    const auto loop = surface.loop(p);
+    for (std::size_t k = 0; k < loop.size(); ++k)
+      sides.emplace_back(edge_key(loop[k], loop[(k + 1) % loop.size()]), p);
+  }
+  std::sort(sides.begin(), sides.end());
+  Index open = 0;
+  for (std::size_t k = 0, next; k < sides.size(); k = next) {
+    const std::uint64_t key = sides[k].first;
+    for (next = k + 1; next < sides.size() && sides[next].first == key;)
+      ++next;
+    if (next - k != 1 || scene.materials()[at(surface.material[at(sides[k].second)])].sides == Sides::both)
+      continue;
+    const double length = (surface.points[key >> 32] - surface.points[key & 0xffffffffU]).norm();
+    const auto covered = contacts.covered.find(key);
+    if (covered == contacts.covered.end() || covered->second < length * (1 - 1e-3) - 2 * contacts.distance)
+      ++open;
+  }
+  return open;
+}
+
+void warn_of_odd_facts(const Surface& surface, const Contacts& contacts, const Scene& scene,
+                       std::vector<std::string>& warnings) {
+  constexpr std::size_t kNamed = 3;
+  if (!contacts.coincident.empty()) {
+    std::string pairs;
+    for (std::size_t k = 0; k < std::min(kNamed, contacts.coincident.size()); ++k)
+      pairs += fmt::format("{}faces {} and {}", k == 0 ? "" : ", ", contacts.coincident[k][0],
+                           contacts.coincident[k][1]);
+    if (contacts.coincident.size() > kNamed)
+      pairs += fmt::format(" and {} more pairs", contacts.coincident.size() - kNamed);
+    warnings.push_back(fmt::format(
+        "{} coincide: where two faces lie in one another, which of them light meets is not defined", pairs));
+  }
+  if (const Index open = open_edges(surface, contacts, scene); open > 0)
+    warnings.push_back(fmt::format("the surface is open: {} {} to one face only, so light may leave there",
+                                   open, open == 1 ? "edge belongs" : "edges belong"));
+}
+
+bool is_triangle_or_convex_quad(const Surface& surface, Index polygon) {
+  const auto loop = surface.loop(polygon);
+  if (loop.size() != 4) return loop.size() == 3;
+  const polygon::Plane plane(surface.points, loop);
+  return polygon::is_convex(polygon::project(plane, surface.points, loop), tolerance::kPlanarity);
+}
+
+struct Sized {
+  Pieces pieces;
+  double size;
+};
+
+/// The size whose number of patches comes closest to the target.
+Sized fit(const Subdivision& subdivision, const Surface& surface, const Scene& scene, Index target) {
+  if (target < 1) throw InputError(fmt::format("patches: a target of {} patches is not at least 1", target));
+  const auto off = [&](const Pieces& pieces) {
+    return std::log(static_cast<double>(count_with_backs(pieces, surface, scene)) / target);
+  };
+  Sized best{subdivision.pieces(std::numeric_limits<double>::infinity()),
+             std::numeric_limits<double>::infinity()};
+  double best_off = off(best.pieces);
+  if (best_off >= 0) return best;
+  double area = 0;
+  for (Index p = 0; p < surface.count(); ++p)
+    area += polygon::area_vector(surface.points, surface.loop(p)).norm() *
+            (scene.materials()[at(surface.material[at(p)])].sides == Sides::both ? 2 : 1);
+  double size = std::sqrt(area / target);
+  constexpr int kRounds = 6;
+  for (int round = 0; round < kRounds && std::abs(best_off) > 0.05; ++round) {
+    Pieces pieces = subdivision.pieces(size);
+    const double here = off(pieces);
+    const double next = size * std::exp(here / 2);
+    if (std::abs(here) < std::abs(best_off)) {
+      best = {std::move(pieces), size};
+      best_off = here;
+    }
+    size = next;
+  }
+  return best;
+}
+
+}  // namespace
+
+Patches make_patches(const Scene& scene, const PatchOptions& options) {
+  if (const auto* wanted = std::get_if<PatchSize>(&options); wanted && !(wanted->metres > 0))
+    throw InputError(fmt::format("patches: size {} m is not positive", wanted->metres));
+  Repairs repairs;
+  std::vector<std::string> warnings;
+  const Surface faces = repair(scene, repairs, warnings);
+  Surface polygons = split_non_planar(faces);
+  const Contacts contacts = find_contacts(polygons, tolerance::kContact * polygons.diagonal());
+  warn_of_odd_facts(faces, contacts, scene, warnings);
+  if (std::holds_alternative<KeepFaces>(options)) {
+    PatchMesh mesh = to_mesh(whole_faces(faces), faces, scene);
+    return {std::move(mesh), repairs, std::move(warnings), 0};
+  }
+
+  const Subdivision subdivision(polygons, contacts);
+  bool cut_seen = false;
+  for (Index p = 0; p < polygons.count(); ++p) {
+    // Pieces of one face follow one another; a face counts with its first (cut) piece.
+    const Index face = polygons.face[at(p)];
+    const bool first = p == 0 || polygons.face[at(p - 1)] != face;
+    if (first) cut_seen = false;
+    if (subdivision.is_cut(p) && !cut_seen) {
+      ++repairs.cut_faces;
+      cut_seen = true;
+    }
+    if (!first) continue;
+    const bool split = p + 1 < polygons.count() && polygons.face[at(p + 1)] == face;
+    repairs.non_planar_faces += split ? 1 : 0;
+    repairs.triangulated_faces += split || !is_triangle_or_convex_quad(polygons, p) ? 1 : 0;
+  }
+  const auto sized = std::visit(
+      Overloaded{[&](const AutoPatches& wanted) { return fit(subdivision, polygons, scene, wanted.target); },
+                 [&](const PatchSize& wanted) {
+                   return Sized{subdivision.pieces(wanted.metres), wanted.metres};
+                 },
+                 [&](const KeepFaces&) -> Sized { return {}; }},
+      options);
+  return {to_mesh(sized.pieces, polygons, scene), repairs, std::move(warnings),
+          std::isfinite(sized.size) ? sized.size : 0};
+}
+
+}  // namespace radiosity

@@ -1,1 +1,215 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "radiosity/meshing/patch_mesh.hpp"
+
+#include <fmt/format.h>
+
+#include <OpenMesh/Core/Mesh/PolyMesh_ArrayKernelT.hh>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "polygon.hpp"
+#include "radiosity/meshing/error.hpp"
+#include "validate_materials.hpp"
+
+namespace radiosity {
+namespace {
+
+using HalfEdges = OpenMesh::PolyMesh_ArrayKernelT<>;
+
+/// The half-edge structure of the patches. Where they form no surface (more than two patches at an edge, or
+/// fans that meet in a vertex only) patches get half-edge vertices of their own, and `origin` tells for which
+/// vertex of the mesh they stand.
+struct Topology {
+  HalfEdges half_edges;
+  std::vector<Index> origin;
+  std::vector<std::uint8_t> split;  ///< per vertex of the mesh
+  std::multimap<Index, Index> copies;
+
+  explicit Topology(const PatchMesh::Arrays& arrays) : split(arrays.vertices.size(), 0) {
+    half_edges.reserve(arrays.vertices.size(), arrays.corners.size() * 3 / 4, arrays.patch_material.size());
+    for (std::size_t v = 0; v < arrays.vertices.size(); ++v)
+      add_vertex(static_cast<Index>(v));
+    std::vector<HalfEdges::VertexHandle> loop;
+    for (std::size_t p = 0; p + 1 < arrays.patch_start.size(); ++p) {
+      const auto first = at(arrays.patch_start[p]), n = at(arrays.patch_start[p + 1]) - first;
+      const std::span corners = std::span(arrays.corners).subspan(first, n);
+      loop.clear();
+      for (std::size_t k = 0; k < n; ++k) {
+        const bool repeated = std::find(corners.begin(), corners.begin() + static_cast<std::ptrdiff_t>(k),
+                                        corners[k]) != corners.begin() + static_cast<std::ptrdiff_t>(k);
+        loop.push_back(repeated ? replace(corners[k]) : open_vertex(corners[k]));
+      }
+      // Asked beforehand, because add_face reports failure on std::cerr.
+      for (std::size_t k = 0; k < n; ++k) {
+        const std::size_t next = (k + 1) % n;
+        const auto edge = half_edges.find_halfedge(loop[k], loop[next]);
+        if (!edge.is_valid() || half_edges.is_boundary(edge)) continue;
+        loop[k] = replace(corners[k]);
+        loop[next] = replace(corners[next]);
+      }
+      omerr().disable();
+      const auto face = half_edges.add_face(loop);
+      omerr().enable();
+      if (face.is_valid()) continue;
+      for (std::size_t k = 0; k < n; ++k)
+        loop[k] = replace(corners[k]);
+      half_edges.add_face(loop);
+    }
+  }
+
+ private:
+  HalfEdges::VertexHandle add_vertex(Index stands_for) {
+    origin.push_back(stands_for);
+    return half_edges.add_vertex(HalfEdges::Point(0, 0, 0));
+  }
+  HalfEdges::VertexHandle replace(Index vertex) {
+    split[at(vertex)] = 1;
+    copies.emplace(vertex, static_cast<Index>(origin.size()));
+    return add_vertex(vertex);
+  }
+  /// The vertex or a copy of it whose patches do not close a ring yet.
+  HalfEdges::VertexHandle open_vertex(Index vertex) {
+    if (const HalfEdges::VertexHandle v(vertex); half_edges.is_boundary(v)) return v;
+    const auto [first, last] = copies.equal_range(vertex);
+    for (auto copy = first; copy != last; ++copy)
+      if (const HalfEdges::VertexHandle v(copy->second); half_edges.is_boundary(v)) return v;
+    return replace(vertex);
+  }
+};
+
+}  // namespace
+
+PatchMesh::PatchMesh(Arrays arrays) : arrays_(std::move(arrays)) {
+  const auto& [vertices, corners, patch_start, patch_surface, patch_material, materials] = arrays_;
+  constexpr auto kMost = static_cast<std::size_t>(std::numeric_limits<Index>::max());
+  validate(std::span<const Material>(materials));
+  const std::size_t patches = patch_material.size();
+  if (corners.size() > kMost || vertices.size() > kMost)
+    throw InputError(
+        fmt::format("the patches have {} vertices and {} corners; at most {} of each are possible",
+                    vertices.size(), corners.size(), kMost));
+  if (patch_start.size() != patches + 1 || patch_surface.size() != patches || patch_start.front() != 0 ||
+      at(patch_start.back()) != corners.size())
+    throw InputError(
+        fmt::format("{} patches with {} corners need as many surface numbers (not {}), and starts 0 to {} "
+                    "(not {} entries)",
+                    patches, corners.size(), patch_surface.size(), corners.size(), patch_start.size()));
+  for (std::size_t v = 0; v < vertices.size(); ++v)
+    if (!vertices[v].allFinite())
+      throw InputError(fmt::format("vertex {}: its coordinates ({}, {}, {}) are not finite", v,
+                                   vertices[v].x(), vertices[v].y(), vertices[v].z()));
+
+  areas_.resize(static_cast<Eigen::Index>(patches));
+  normals_.reserve(patches);
+  centroids_.reserve(patches);
+  triangle_start_.reserve(patches + 1);
+  triangle_start_.push_back(0);
+  lower_ = Vec3::Constant(std::numeric_limits<double>::infinity());
+  upper_ = -lower_;
+  for (std::size_t p = 0; p < patches; ++p) {
+    if (patch_start[p + 1] - patch_start[p] < 3)
+      throw InputError(fmt::format("patch {}: it has {} corners; at least 3 are needed", p,
+                                   patch_start[p + 1] - patch_start[p]));
+    if (patch_material[p] < 0 || at(patch_material[p]) >= materials.size())
+      throw InputError(fmt::format("patch {}: material {} is not one of the {} materials", p,
+                                   patch_material[p], materials.size()));
+    const std::span<const Index> loop = this->corners(static_cast<Index>(p));
+    for (const Index v : loop) {
+      if (v < 0 || at(v) >= vertices.size())
+        throw InputError(
+            fmt::format("patch {}: vertex {} is not one of the {} vertices", p, v, vertices.size()));
+      lower_ = lower_.cwiseMin(vertices[at(v)]);
+      upper_ = upper_.cwiseMax(vertices[at(v)]);
+    }
+    const Vec3 area_vector = polygon::area_vector(vertices, loop);
+    const double area = area_vector.norm();
+    if (!(area > 0 && std::isfinite(area)))
+      throw InputError(fmt::format("patch {} (of face {}): its area is {} m²; it must be more than 0", p,
+                                   patch_surface[p], area));
+    areas_[static_cast<Eigen::Index>(p)] = area;
+    normals_.push_back(area_vector / area);
+
+    // x_c = v_0 + Σ A_k (d_k + d_{k+1})/3 / Σ A_k, with d_k = v_k − v_0 and the signed areas A_k.
+    const Vec3& first = vertices[at(loop[0])];
+    Vec3 moment = Vec3::Zero();
+    for (std::size_t k = 1; k + 1 < loop.size(); ++k) {
+      const Vec3 a = vertices[at(loop[k])] - first, b = vertices[at(loop[k + 1])] - first;
+      moment += a.cross(b).dot(normals_.back()) / 2 * (a + b) / 3;
+    }
+    centroids_.push_back(first + moment / area);
+
+    for (const auto& [a, b, c] : polygon::triangles(vertices, loop)) {
+      triangles_.push_back({loop[at(a)], loop[at(b)], loop[at(c)]});
+      triangle_patch_.push_back(static_cast<Index>(p));
+    }
+    triangle_start_.push_back(static_cast<Index>(triangles_.size()));
+  }
+  if (patches == 0) lower_ = upper_ = Vec3::Zero();
+
+  vertex_patches_.start.assign(vertices.size() + 1, 0);
+  for (const Index v : corners)
+    ++vertex_patches_.start[at(v) + 1];
+  for (std::size_t v = 0; v < vertices.size(); ++v)
+    vertex_patches_.start[v + 1] += vertex_patches_.start[v];
+  // A patch that passes a vertex twice is listed once; the gap closes below.
+  std::vector<Index> used(vertices.size(), 0), last(vertices.size(), -1);
+  vertex_patches_.items.resize(corners.size());
+  for (std::size_t p = 0; p < patches; ++p)
+    for (const Index v : this->corners(static_cast<Index>(p))) {
+      if (last[at(v)] == static_cast<Index>(p)) continue;
+      last[at(v)] = static_cast<Index>(p);
+      vertex_patches_.items[at(vertex_patches_.start[at(v)] + used[at(v)]++)] = static_cast<Index>(p);
+    }
+  std::size_t filled = 0;
+  for (std::size_t v = 0; v < vertices.size(); ++v) {
+    const auto from = at(vertex_patches_.start[v]);
+    vertex_patches_.start[v] = static_cast<Index>(filled);
+    for (std::size_t k = 0; k < at(used[v]); ++k)
+      vertex_patches_.items[filled++] = vertex_patches_.items[from + k];
+  }
+  vertex_patches_.start[vertices.size()] = static_cast<Index>(filled);
+  vertex_patches_.items.resize(filled);
+
+  const Topology topology(arrays_);
+  const HalfEdges& mesh = topology.half_edges;
+  on_border_ = topology.split;
+  std::vector<std::array<Index, 2>> pairs;
+  pairs.reserve(2 * mesh.n_edges());
+  for (const auto h : mesh.halfedges())
+    pairs.push_back({topology.origin[at(mesh.from_vertex_handle(h).idx())],
+                     topology.origin[at(mesh.to_vertex_handle(h).idx())]});
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  vertex_neighbours_.start.assign(vertices.size() + 1, 0);
+  vertex_neighbours_.items.reserve(pairs.size());
+  for (const auto& [v, neighbour] : pairs) {
+    ++vertex_neighbours_.start[at(v) + 1];
+    vertex_neighbours_.items.push_back(neighbour);
+  }
+  for (std::size_t v = 0; v < vertices.size(); ++v) {
+    vertex_neighbours_.start[v + 1] += vertex_neighbours_.start[v];
+    if (mesh.is_boundary(HalfEdges::VertexHandle(static_cast<int>(v)))) on_border_[v] = 1;
+  }
+}
+
+Index PatchMesh::bands() const {
+  return static_cast<Index>(arrays_.materials.front().reflectance.size());
+}
+
+BandArray PatchMesh::reflectance() const {
+  BandArray rho(patch_count(), bands());
+  for (Index p = 0; p < patch_count(); ++p)
+    rho.row(p) = material_of(p).reflectance;
+  return rho;
+}
+
+BandArray PatchMesh::emission() const {
+  BandArray emission(patch_count(), bands());
+  for (Index p = 0; p < patch_count(); ++p)
+    emission.row(p) = material_of(p).emission;
+  return emission;
+}
+
+}  // namespace radiosity

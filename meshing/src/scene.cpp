@@ -1,1 +1,125 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "radiosity/meshing/scene.hpp"
+
+#include <fmt/format.h>
+
+#include <limits>
+#include <unordered_map>
+
+#include "polygon.hpp"
+#include "radiosity/meshing/error.hpp"
+#include "validate_materials.hpp"
+
+namespace radiosity {
+
+void validate(std::span<const Material> materials) {
+  if (materials.empty()) throw InputError("there are no materials; every face needs one");
+  std::unordered_map<std::string, std::size_t> seen;
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    const Material& material = materials[m];
+    validate(material);
+    if (material.reflectance.size() != materials[0].reflectance.size())
+      throw InputError(fmt::format("material '{}' has {} bands but material '{}' has {}; all need the same",
+                                   material.name, material.reflectance.size(), materials[0].name,
+                                   materials[0].reflectance.size()));
+    if (!seen.emplace(material.name, m).second)
+      throw InputError(fmt::format("materials {} and {} have the same name '{}'; names must differ",
+                                   seen[material.name], m, material.name));
+  }
+}
+
+void Scene::Arrays::add_face(std::span<const Index> face_corners, Index material) {
+  corners.insert(corners.end(), face_corners.begin(), face_corners.end());
+  face_start.push_back(static_cast<Index>(corners.size()));
+  face_material.push_back(material);
+}
+
+Scene::Scene(Arrays arrays) : arrays_(std::move(arrays)) {
+  constexpr auto kMost = static_cast<std::size_t>(std::numeric_limits<Index>::max());
+  const auto& [vertices, corners, face_start, face_material, materials] = arrays_;
+  if (face_material.empty()) throw InputError("the mesh has no faces");
+  if (corners.size() > kMost || vertices.size() > kMost)
+    throw InputError(
+        fmt::format("the mesh has {} vertices and {} face corners; at most {} of each are possible",
+                    vertices.size(), corners.size(), kMost));
+  validate(std::span<const Material>(materials));
+
+  lower_ = Vec3::Constant(std::numeric_limits<double>::infinity());
+  upper_ = -lower_;
+  for (std::size_t v = 0; v < vertices.size(); ++v) {
+    const Vec3& x = vertices[v];
+    if (!x.allFinite())
+      throw InputError(
+          fmt::format("vertex {}: its coordinates ({}, {}, {}) are not finite", v, x.x(), x.y(), x.z()));
+  }
+  if (face_start.size() != face_material.size() + 1 || face_start.front() != 0 ||
+      static_cast<std::size_t>(face_start.back()) != corners.size())
+    throw InputError(
+        fmt::format("face_start has {} entries from {} to {}; {} faces with {} corners need {} from 0 to {}",
+                    face_start.size(), face_start.empty() ? 0 : face_start.front(),
+                    face_start.empty() ? 0 : face_start.back(), face_material.size(), corners.size(),
+                    face_material.size() + 1, corners.size()));
+  for (std::size_t f = 0; f < face_material.size(); ++f) {
+    const Index first = face_start[f], last = face_start[f + 1];
+    if (last - first < 3)
+      throw InputError(fmt::format("face {}: it has {} corners; at least 3 are needed", f, last - first));
+    if (face_material[f] < 0 || static_cast<std::size_t>(face_material[f]) >= materials.size())
+      throw InputError(fmt::format("face {}: material {} is not one of the {} materials (0 to {})", f,
+                                   face_material[f], materials.size(), materials.size() - 1));
+    for (Index c = first; c < last; ++c) {
+      const Index v = corners[static_cast<std::size_t>(c)];
+      if (v < 0 || static_cast<std::size_t>(v) >= vertices.size())
+        throw InputError(fmt::format("face {}, corner {}: vertex {} is not one of the {} vertices", f,
+                                     c - first, v, vertices.size()));
+      lower_ = lower_.cwiseMin(vertices[static_cast<std::size_t>(v)]);
+      upper_ = upper_.cwiseMax(vertices[static_cast<std::size_t>(v)]);
+    }
+  }
+}
+
+Index Scene::bands() const {
+  return static_cast<Index>(arrays_.materials.front().reflectance.size());
+}
+
+std::span<const Index> Scene::corners(Index face) const {
+  const auto f = static_cast<std::size_t>(face);
+  const auto first = static_cast<std::size_t>(arrays_.face_start[f]);
+  return std::span(arrays_.corners)
+      .subspan(first, static_cast<std::size_t>(arrays_.face_start[f + 1]) - first);
+}
+
+Vec3 Scene::area_vector(Index face) const {
+  return polygon::area_vector(arrays_.vertices, corners(face));
+}
+
+double Scene::material_area(Index material) const {
+  double area = 0;
+  for (Index f = 0; f < face_count(); ++f)
+    if (this->material(f) == material) area += area_vector(f).norm();
+  const auto m = static_cast<std::size_t>(material);
+  return arrays_.materials[m].sides == Sides::both ? 2 * area : area;
+}
+
+Scene Scene::with_materials(std::vector<Material> materials) const {
+  if (materials.size() != arrays_.materials.size())
+    throw InputError(fmt::format("{} materials were given for a scene that has {}", materials.size(),
+                                 arrays_.materials.size()));
+  Arrays arrays = arrays_;
+  arrays.materials = std::move(materials);
+  return Scene(std::move(arrays));
+}
+
+Scene merge_equal_bands(const Scene& scene) {
+  if (scene.bands() == 1) return scene;
+  std::vector<Material> materials = scene.materials();
+  for (Material& material : materials) {
+    if ((material.reflectance != material.reflectance[0]).any() ||
+        (material.emission != material.emission[0]).any())
+      return scene;
+    material.reflectance = BandValues::Constant(1, material.reflectance[0]).eval();
+    material.emission = BandValues::Constant(1, material.emission[0]).eval();
+  }
+  return scene.with_materials(std::move(materials));
+}
+
+}  // namespace radiosity

@@ -52,6 +52,7 @@ class SolutionSeries {
   std::filesystem::path file_;
   const PatchMesh& mesh_;
   std::vector<std::pair<double, std::string>> steps_;
+  double exposure_ = 1;
 };
 
 }  // namespace radiosity

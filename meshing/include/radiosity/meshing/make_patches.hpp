@@ -34,7 +34,7 @@ struct Patches {
   PatchMesh mesh;
   Repairs repairs;
   std::vector<std::string> warnings;  ///< sentences for the user, each naming the faces it is about
-  double patch_size = 0;              ///< m; 0 where faces were kept
+  double patch_size = 0;              ///< m; 0 where no face had to be divided for its size
 };
 
 /// Scene → patches.

@@ -19,6 +19,10 @@ inline constexpr double kPlanarity = 1e-6;
 /// 20 m building. Contact only adds cut lines; it never moves a vertex.
 inline constexpr double kContact = 1e-6;
 
+/// An edge of n · size takes n pieces, not n + 1, although rounding may make it longer by this share (and by the
+/// rounding of its coordinates, kDegenerateHeight · max|x|).
+inline constexpr double kWholePieces = 1e-9;
+
 /// Cosine of 30°: two faces that meet at a smaller angle between their normals form one smooth surface, over
 /// which vertex radiosities are interpolated. Tessellated curves stay below, building corners above.
 inline constexpr double kSmoothCosine = 0.8660254037844387;
@@ -44,7 +48,7 @@ inline constexpr double kOnPlane = 1e-13;
 /// Pairs further apart than kFarPair · (sum of their radii) take product quadrature of degree 5, whose relative error there
 /// is below 1e-6 and falls with the sixth power of the distance; the contour form, exact but for rounding, costs ten
 /// times as much.
-inline constexpr double kFarPair = 3;
+inline constexpr double kFarPair = 5;
 
 /// Nothing escapes when the area-weighted mean of 1 − Σ_j F_ij is below this: rounding of single precision row sums.
 inline constexpr double kNoEscape = 1e-6;

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "commands.hpp"
+#include "radiosity/formfactors/visibility.hpp"
+#include "radiosity/io/output.hpp"
+#include "stages.hpp"
+
+namespace radiosity::app {
+namespace {
+
+std::string band_text(const BandValues& values) {
+  if ((values == values[0]).all()) return fmt::format("{:.4g}", values[0]);
+  std::vector<std::string> texts;
+  for (const double value : values)
+    texts.push_back(fmt::format("{:.4g}", value));
+  return fmt::format("{}", fmt::join(texts, " "));
+}
+
+void print_materials(const Console& console, const Scene& scene) {
+  std::vector<Index> faces(scene.materials().size());
+  for (Index f = 0; f < scene.face_count(); ++f)
+    ++faces[static_cast<std::size_t>(scene.material(f))];
+
+  std::vector<std::vector<std::string>> rows = {
+      {"material", "faces", "area m²", "sides", "reflectance", "emission W/m²"}};
+  for (Index m = 0; m < static_cast<Index>(scene.materials().size()); ++m) {
+    const Material& material = scene.materials()[static_cast<std::size_t>(m)];
+    rows.push_back({material.name, fmt::format("{}", faces[static_cast<std::size_t>(m)]),
+                    fmt::format("{:.4g}", scene.material_area(m)),
+                    material.sides == Sides::both ? "both" : "front", band_text(material.reflectance),
+                    band_text(material.emission)});
+  }
+  std::vector<std::size_t> widths(rows.front().size());
+  for (const auto& row : rows)
+    for (std::size_t c = 0; c < row.size(); ++c)
+      widths[c] = std::max(widths[c], row[c].size());
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    std::string text;
+    for (std::size_t c = 0; c < widths.size(); ++c)
+      text += fmt::format("{:<{}}  ", rows[r][c], widths[c]);
+    console.line(r == 0 ? "materials" : "", "{}", text);
+  }
+}
+
+/// Seconds for all rows of F, extrapolated from a few that are spread over the mesh, at even shares of the
+/// work per thread.
+double estimate_seconds(const FormFactorMethod& method, Index patches, int threads) {
+  constexpr Index kRows = 32;
+  constexpr double kPatience = 2;  // s
+  const Index stride = std::max<Index>(1, patches / kRows);
+  const FormFactorMethod::Sink ignore = [](Index, std::span<const Index>, std::span<const double>, double) {};
+  Stopwatch watch;
+  double seconds = 0;
+  Index rows = 0;
+  for (Index i = stride / 2; i < patches && seconds < kPatience && !interrupted(); i += stride, ++rows) {
+    method.rows(i, i + 1, method.reciprocal(), ignore);
+    seconds += watch.lap();
+  }
+  return rows == 0 ? 0 : seconds / rows * patches / threads;
+}
+
+}  // namespace
+
+int run_inspect(const Options& options) {
+  Job job(options);
+  if (!options.report_file.empty()) require_writable(options.report_file, ".json");
+  const LoadedScene loaded = read_stage(job, options.scene);
+  const Vec3 &lower = loaded.scene.lower(), &upper = loaded.scene.upper();
+  job.console.line("bounds", "{:.6g} … {:.6g}, {:.6g} … {:.6g}, {:.6g} … {:.6g} m", lower.x(), upper.x(),
+                   lower.y(), upper.y(), lower.z(), upper.z());
+  print_materials(job.console, loaded.scene);
+
+  const SceneSettings settings = override_settings(loaded.settings, options.flags);
+  const Patches patches = patch_stage(job, loaded.scene, settings);
+  const Index n = patches.mesh.patch_count();
+  const Visibility visibility(patches.mesh);
+  job.console.line("occlusion", "{}",
+                   visibility.convex() ? "none: no patch can stand between two others"
+                                       : "some patches may stand between others");
+  job.console.line("form factors", "{} at most ({} × {} single precision)", bytes_text(4.0 * n * n), n, n);
+
+  const int threads = options.threads > 0
+                          ? options.threads
+                          : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  const std::string automatic = choose_method(visibility).name;
+  job.console.line("estimate", "time for all form factors on {} {}, from a sample of rows:", threads,
+                   threads == 1 ? "thread" : "threads");
+  for (const FormFactorMethodInfo& info : form_factor_methods()) {
+    FormFactorOptions method_options;
+    method_options.samples = settings.samples.value_or(0);
+    method_options.resolution = settings.resolution.value_or(0);
+    method_options.seed = settings.seed.value_or(method_options.seed);
+    const auto& own = info.setting == "samples" ? settings.samples : settings.resolution;
+    const double seconds = estimate_seconds(*info.make(visibility, method_options), n, threads);
+    job.console.line("", "{:<12} about {}, {} {}{}", info.name, seconds_text(seconds), info.setting,
+                     own.value_or(info.default_setting),
+                     info.name == automatic ? "; what auto would choose" : "");
+  }
+  job.report.converged = true;
+  Outputs(job).finish();
+  return kDone;
+}
+
+}  // namespace radiosity::app

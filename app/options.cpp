@@ -1,0 +1,510 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "options.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <numeric>
+#include <sstream>
+#include <vector>
+
+#include "radiosity/formfactors/form_factor_method.hpp"
+#include "radiosity/solver/solver.hpp"
+
+namespace radiosity::app {
+namespace {
+
+using Check = std::function<std::string(const std::string&)>;  // an empty answer means: good
+
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), 0U);
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = row[0]++;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t substituted = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({substituted, row[j] + 1, row[j + 1] + 1});
+    }
+  }
+  return row.back();
+}
+
+template <class Number>
+std::optional<Number> parse_number(const std::string& text) {
+  Number value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return {};
+  return value;
+}
+
+std::optional<double> parse_finite(const std::string& text) {
+  const auto value = parse_number<double>(text);
+  return value && std::isfinite(*value) ? value : std::nullopt;
+}
+
+std::string finite(const std::string& text) {
+  return parse_finite(text) ? "" : fmt::format("'{}' is not a number", text);
+}
+
+std::string positive(const std::string& text) {
+  const auto value = parse_finite(text);
+  return value && *value > 0 ? "" : fmt::format("'{}' is not a number above 0", text);
+}
+
+template <class Whole>
+Check whole(Whole least, Whole most) {
+  return [least, most](const std::string& text) -> std::string {
+    const auto value = parse_number<Whole>(text);
+    if (value && *value >= least && *value <= most) return "";
+    return fmt::format("'{}' is not a whole number from {} to {}", text, least, most);
+  };
+}
+
+std::string field_of_view(const std::string& text) {
+  const auto value = parse_finite(text);
+  return value && *value > 0 && *value < 180
+             ? ""
+             : fmt::format("'{}' is not an angle between 0 and 180 degrees", text);
+}
+
+Check one_of(std::string kind, std::vector<std::string> names) {
+  return [kind = std::move(kind), names = std::move(names)](const std::string& text) -> std::string {
+    if (std::find(names.begin(), names.end(), text) != names.end()) return "";
+    return fmt::format("unknown {} '{}'; did you mean '{}'? Known: {}", kind, text, nearest(text, names),
+                       fmt::join(names, ", "));
+  };
+}
+
+std::string patch_size(const std::string& text) {
+  if (text == "none" || text == "auto" || positive(text).empty()) return "";
+  return fmt::format("'{}' is neither 'none' nor 'auto' nor a length in metres above 0", text);
+}
+
+PatchOptions to_patch_options(const std::string& text) {
+  if (text == "none") return KeepFaces{};
+  if (text == "auto") return AutoPatches{};
+  return PatchSize{*parse_finite(text)};
+}
+
+// "hemisphere 1024, analytic 16": the defaults of the methods that this option sets.
+std::string defaults_of(std::string_view setting) {
+  std::vector<std::string> defaults;
+  for (const auto& method : form_factor_methods())
+    if (method.setting == setting)
+      defaults.push_back(fmt::format("{} {}", method.name, method.default_setting));
+  return fmt::format("{}", fmt::join(defaults, ", "));
+}
+
+constexpr std::size_t kColumn = 34, kTextWidth = 66;  // of --help
+
+// Breaks lines between words; `indent` spaces begin all but the first.
+std::string wrap(const std::string& text, std::size_t indent) {
+  std::istringstream words(text);
+  std::string result;
+  std::size_t column = indent;
+  for (std::string word; words >> word; column += word.size()) {
+    if (result.empty()) {
+    } else if (column + 1 + word.size() <= kTextWidth) {
+      result += ' ';
+      ++column;
+    } else {
+      result += '\n' + std::string(indent, ' ');
+      column = indent;
+    }
+    result += word;
+  }
+  return result;
+}
+
+template <class Info>
+std::string table(std::span<const Info> rows) {
+  std::string text;
+  for (const Info& row : rows)
+    text += fmt::format("\n  {:<20}{}", row.name, wrap(std::string(row.summary), 22));
+  return text;
+}
+
+template <class Info>
+std::vector<std::string> names(std::span<const Info> rows) {
+  std::vector<std::string> result;
+  for (const Info& row : rows)
+    result.emplace_back(row.name);
+  return result;
+}
+
+// CLI11's own layout with exactly one blank line between the parts.
+class HelpFormatter : public CLI::Formatter {
+ public:
+  HelpFormatter() {
+    label("SUBCOMMAND", "COMMAND ...");
+    label("Positionals", "Argument");
+    column_width(kColumn);
+  }
+  std::string make_usage(const CLI::App* app, std::string name) const override {
+    return "\n" + Formatter::make_usage(app, std::move(name));
+  }
+  std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override {
+    return CLI::detail::find_and_replace(Formatter::make_help(app, std::move(name), mode), "\n\n\n", "\n\n");
+  }
+};
+
+constexpr Index kMaxIndex = std::numeric_limits<Index>::max();
+
+class Parser {
+ public:
+  explicit Parser(Options& options) : options_(options) {
+    app_.set_help_flag("-h,--help", "Print this help");
+    app_.set_version_flag("--version", "radiosity " RADIOSITY_VERSION, "Print the version");
+    app_.require_subcommand(1);
+    app_.formatter(std::make_shared<HelpFormatter>());
+    app_.footer(
+        "radiosity COMMAND --help tells more about one. A first run:\n"
+        "  radiosity solve scenes/cornell-box.toml -o cornell-box.vtp\n\n"
+        "Exit status: 0 done; 1 bad input or files; 2 bad usage; 3 stopped before the tolerance was reached\n"
+        "(what had been reached is written).");
+    add_solve();
+    add_factors();
+    add_inspect();
+    add_view();
+  }
+
+  /// False when help or version was printed.
+  bool parse(int argc, char** argv) {
+    try {
+      app_.parse(argc, argv);
+    } catch (const CLI::Success& e) {
+      app_.exit(e);
+      return false;
+    } catch (const CLI::ParseError& e) {
+      explain_unknown_arguments();
+      if (app_.get_subcommands().empty())
+        throw UsageError(fmt::format("no command; give one of {} (radiosity --help tells more)",
+                                     fmt::join(commands(), ", ")));
+      if (dynamic_cast<const CLI::ArgumentMismatch*>(&e) != nullptr) explain_number_of_values(e.what());
+      throw UsageError(e.what());
+    }
+    for (const CLI::App* command : app_.get_subcommands())
+      options_.command = command->get_name();
+    explain_settings_without_effect();
+    return true;
+  }
+
+ private:
+  CLI::App* add_command(const std::string& name, const std::string& description, const std::string& scene) {
+    CLI::App* command = app_.add_subcommand(name, description);
+    command->group("Commands");
+    command->add_option("SCENE", options_.scene, scene)->required()->option_text(" ");
+    return command;
+  }
+
+  static CLI::Option* add_checked(CLI::Option* option, const std::string& text, const Check& check) {
+    option->option_text(text);
+    if (check) option->check(check);
+    return option;
+  }
+
+  void add_output(CLI::App* command, const std::string& text, const std::string& description) {
+    command->add_option("-o,--output", options_.output, description)
+        ->required()
+        ->option_text(text)
+        ->group("Files");
+  }
+
+  void add_report(CLI::App* command) {
+    command->add_option("--report", options_.report_file, "What was done, as JSON, in SI units")
+        ->option_text("FILE.json")
+        ->group("Files");
+  }
+
+  void add_patches(CLI::App* command) {
+    add_checked(command->add_option_function<std::string>(
+                    "--patch-size",
+                    [this](const std::string& text) { options_.flags.patches = to_patch_options(text); },
+                    fmt::format("Longest edge of a patch in m; none: every face is one\n"
+                                "patch; auto: about {} patches. Default: auto",
+                                AutoPatches{}.target)),
+                "METRES|none|auto", patch_size)
+        ->group("Patches");
+  }
+
+  void add_form_factors(CLI::App* command, bool with_method) {
+    const std::string group = "Form factors";
+    if (with_method) {
+      auto known = names(form_factor_methods());
+      known.emplace_back(kAutoMethod);
+      add_checked(
+          command->add_option("--method", options_.flags.method,
+                              fmt::format("Default: {}, one of these by size and shape of the\nscene:{}",
+                                          kAutoMethod, table(form_factor_methods()))),
+          "NAME", one_of("method", known))
+          ->group(group);
+    }
+    add_checked(command->add_option("--samples", options_.flags.samples,
+                                    fmt::format("Rays per patch (hemisphere) or shadow rays per doubtful\n"
+                                                "pair of patches (analytic). Default: {}",
+                                                defaults_of("samples"))),
+                "N", whole<Index>(1, kMaxIndex))
+        ->group(group);
+    add_checked(command->add_option("--resolution", options_.flags.resolution,
+                                    fmt::format("Cells along an edge of the hemicube's top.\nDefault: {}",
+                                                defaults_of("resolution"))),
+                "N", whole<Index>(1, kMaxIndex))
+        ->group(group);
+    add_checked(
+        command->add_option("--seed", options_.flags.seed,
+                            fmt::format("Of the random numbers. Default: {}", FormFactorOptions{}.seed)),
+        "N", whole<std::uint64_t>(0, std::numeric_limits<std::uint64_t>::max()))
+        ->group(group);
+  }
+
+  void add_storage(CLI::App* command) {
+    const std::string group = "Form factors";
+    command
+        ->add_flag_callback(
+            "--no-closure", [this] { options_.close = false; },
+            "Leave the rows as the method made them: restore neither\nreciprocity nor closure")
+        ->group(group);
+    add_checked(command->add_option("--memory-limit", options_.memory_limit_gb,
+                                    "Most memory that the form factors may take, in GB (10^9\n"
+                                    "bytes). Default: the memory of this machine"),
+                "GB", positive)
+        ->group(group);
+  }
+
+  void add_solver(CLI::App* command) {
+    const std::string group = "Solver";
+    add_checked(command->add_option("--solver", options_.flags.solver,
+                                    fmt::format("Default: {}{}", kDefaultSolver, table(solvers()))),
+                "NAME", one_of("solver", names(solvers())))
+        ->group(group);
+    add_checked(command->add_option("--tolerance", options_.flags.tolerance,
+                                    fmt::format("Share of the emitted power that may be left unaccounted\n"
+                                                "for (no unit). Default: {}",
+                                                SolverOptions{}.tolerance)),
+                "T", positive)
+        ->group(group);
+    add_checked(command->add_option("--max-iterations", options_.flags.max_iterations,
+                                    "Passes over all patches, or shots. Default: the solver's own"),
+                "N", whole<Index>(1, kMaxIndex))
+        ->group(group);
+  }
+
+  void add_general(CLI::App* command) {
+    add_checked(command->add_option("--threads", options_.threads,
+                                    "Threads to use; no result depends on it.\nDefault: 0, every core"),
+                "N", whole<int>(0, 4096))
+        ->group("General");
+    command->add_flag("--quiet", options_.quiet, "Print nothing but errors")
+        ->disable_flag_override()
+        ->group("General");
+  }
+
+  void add_solve() {
+    CLI::App* command = add_command("solve", "Compute the radiosity of every patch of a scene",
+                                    "A mesh (.obj .ply .stl .off .gltf .glb .dae .ifc .vtp .vtu)\n"
+                                    "or a scene file (.toml) that names one");
+    add_output(command, "OUT.vtp", "The result, for ParaView (required)");
+    add_report(command);
+    command->add_option("--series", options_.series_file, "Every step of the solver, for ParaView to play")
+        ->option_text("FILE.pvd")
+        ->group("Files");
+    add_patches(command);
+    add_form_factors(command, true);
+    add_storage(command);
+    add_solver(command);
+    add_general(command);
+    command->footer("Flags override the scene file. Ctrl-C ends the work and writes what has been reached.");
+  }
+
+  void add_factors() {
+    CLI::App* command = add_command("factors", "Compute the form factors alone",
+                                    "A mesh or a scene file (.toml); needs neither materials nor a lamp");
+    add_output(command, "F.mtx", "The matrix in Matrix Market format (required)");
+    add_report(command);
+    add_patches(command);
+    add_form_factors(command, true);
+    add_storage(command);
+    add_general(command);
+    command->footer(
+        "Row i, column j: the fraction of what leaves patch i that arrives at patch j, counted from 1.\n"
+        "With --patch-size none row i is face i of the mesh. Flags override the scene file.");
+  }
+
+  void add_inspect() {
+    CLI::App* command = add_command("inspect", "Tell what is in a scene and what a solve would cost",
+                                    "A mesh or a scene file (.toml); needs neither materials nor a lamp");
+    add_report(command);
+    add_patches(command);
+    add_form_factors(command, false);
+    add_general(command);
+    command->footer("Nothing is solved: a few rows per method are timed to estimate the rest.");
+  }
+
+  void add_view() {
+    CLI::App* command = add_command("view", "Make an image",
+                                    "A solved .vtp, or a scene, which is solved first with the\n"
+                                    "settings of its scene file");
+    Options::View& view = options_.view;
+    add_output(command, "P.png", "The image (required)");
+    command->add_option("--scene", view.camera_file, "A scene file whose [camera] is used")
+        ->option_text("FILE.toml")
+        ->group("Camera");
+    const auto add_vector = [&](const std::string& name, std::optional<Vec3>& value,
+                                const std::string& description) {
+      command
+          ->add_option_function<std::vector<double>>(
+              name, [&value](const std::vector<double>& v) { value = Vec3(v[0], v[1], v[2]); }, description)
+          ->expected(3)
+          ->option_text("X Y Z")
+          ->check(finite)
+          ->group("Camera");
+    };
+    add_vector("--position", view.position, "Where the camera stands, in m");
+    add_vector("--target", view.target, "A point in the middle of the image, in m");
+    add_vector("--up", view.up, "A direction that is upright in the image. Default: 0 1 0");
+    add_checked(
+        command->add_option("--fov-deg", view.vertical_fov_deg,
+                            fmt::format("Angle from the lower to the upper edge, in degrees.\nDefault: {}",
+                                        Camera{}.vertical_fov_deg)),
+        "ANGLE", field_of_view)
+        ->group("Camera");
+    add_checked(command->add_option("--width", view.width, fmt::format("In pixels. Default: {}", view.width)),
+                "N", whole<int>(1, 32768))
+        ->group("Image");
+    add_checked(
+        command->add_option("--height", view.height, fmt::format("In pixels. Default: {}", view.height)), "N",
+        whole<int>(1, 32768))
+        ->group("Image");
+    add_checked(command->add_option("--exposure", view.exposure,
+                                    "Brightness per radiosity, in 1/(W/m²).\n"
+                                    "Default: as it was solved, or chosen from the scene"),
+                "X", positive)
+        ->group("Image");
+    add_general(command);
+    command->footer(
+        "Without --scene and --position the camera is the scene file's own, or one that has all in view.");
+  }
+
+  std::vector<std::string> commands() const {
+    std::vector<std::string> result;
+    for (const CLI::App* command : app_.get_subcommands([](const CLI::App*) { return true; }))
+      result.push_back(command->get_name());
+    return result;
+  }
+
+  // CLI11 complains about whatever it misses first; a name that it does not know is nearly always the cause.
+  void explain_unknown_arguments() const {
+    const std::vector<std::string> unknown = app_.remaining(true);
+    const std::vector<CLI::App*> given = app_.get_subcommands();
+    const CLI::App& command = given.empty() ? app_ : *given.front();
+    for (const std::string& argument : unknown) {
+      if (argument.size() < 2 || argument[0] != '-') continue;
+      std::vector<std::string> known;
+      for (const CLI::Option* option : command.get_options())
+        for (const std::string& name : option->get_lnames())
+          known.push_back("--" + name);
+      const std::string name = argument.substr(0, argument.find('='));
+      throw UsageError(fmt::format("unknown option '{}'; did you mean '{}'? ({}{} --help lists them all)",
+                                   name, nearest(name, known), "radiosity",
+                                   given.empty() ? "" : " " + command.get_name()));
+    }
+    if (unknown.empty()) return;
+    if (given.empty())
+      throw UsageError(fmt::format("unknown command '{}'; did you mean '{}'? Known: {}", unknown.front(),
+                                   nearest(unknown.front(), commands()), fmt::join(commands(), ", ")));
+    throw UsageError(
+        fmt::format("unexpected argument '{}': {} takes one SCENE", unknown.front(), command.get_name()));
+  }
+
+  // CLI11 names the option, then tells how many values of which C++ type it wants.
+  void explain_number_of_values(const std::string& message) const {
+    const std::string name = message.substr(0, message.find(':'));
+    for (const CLI::App* command : app_.get_subcommands())
+      for (const CLI::Option* option : command->get_options())
+        if (option->check_name(name) && !option->get_option_text().empty())
+          throw UsageError(fmt::format("{} takes {}, and is given once", name, option->get_option_text()));
+  }
+
+  // A flag that would be ignored is a misunderstanding, so it is refused.
+  void explain_settings_without_effect() const {
+    if (!options_.flags.method) return;
+    const std::string& method = *options_.flags.method;
+    const auto refuse = [&](bool given, std::string_view setting) {
+      if (!given) return;
+      std::vector<std::string> users;
+      for (const auto& info : form_factor_methods()) {
+        if (info.setting == setting && (method == kAutoMethod || info.name == method)) return;
+        if (info.setting == setting) users.emplace_back(info.name);
+      }
+      throw UsageError(fmt::format("--{} has no effect with --method {}; it belongs to {}", setting, method,
+                                   fmt::join(users, ", ")));
+    };
+    refuse(options_.flags.samples.has_value(), "samples");
+    refuse(options_.flags.resolution.has_value(), "resolution");
+  }
+
+  Options& options_;
+  CLI::App app_{"Diffuse global illumination of closed and open scenes by the radiosity method.",
+                "radiosity"};
+};
+
+// Quoted where the shell would need it.
+std::string command_line(int argc, char** argv) {
+  std::string line = "radiosity";
+  for (int i = 1; i < argc; ++i) {
+    const std::string argument = argv[i];
+    const bool plain =
+        !argument.empty() && argument.find_first_of(" \t\n'\"\\$&|;<>()*?[]#~`!{}") == std::string::npos;
+    if (plain) {
+      line += " " + argument;
+      continue;
+    }
+    line += " '";
+    for (const char c : argument)
+      line += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    line += "'";
+  }
+  return line;
+}
+
+}  // namespace
+
+std::string_view nearest(std::string_view word, std::span<const std::string> candidates) {
+  return *std::min_element(candidates.begin(), candidates.end(),
+                           [&](const std::string& a, const std::string& b) {
+                             return edit_distance(word, a) < edit_distance(word, b);
+                           });
+}
+
+std::optional<Options> parse_command_line(int argc, char** argv) {
+  Options options;
+  options.command_line = command_line(argc, argv);
+  Parser parser(options);
+  if (!parser.parse(argc, argv)) return {};
+  return options;
+}
+
+SceneSettings override_settings(const SceneSettings& scene, const SceneSettings& flags) {
+  SceneSettings settings = scene;
+  const auto override_with = [](auto& setting, const auto& flag) {
+    if (flag) setting = flag;
+  };
+  override_with(settings.patches, flags.patches);
+  override_with(settings.method, flags.method);
+  override_with(settings.samples, flags.samples);
+  override_with(settings.resolution, flags.resolution);
+  override_with(settings.seed, flags.seed);
+  override_with(settings.solver, flags.solver);
+  override_with(settings.tolerance, flags.tolerance);
+  override_with(settings.max_iterations, flags.max_iterations);
+  return settings;
+}
+
+}  // namespace radiosity::app

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include "radiosity/io/read_scene.hpp"
+
+namespace radiosity::app {
+
+inline constexpr std::string_view kAutoMethod = "auto";
+inline constexpr std::string_view kDefaultSolver = "conjugate-gradient";
+
+/// The command line breaks a rule: exit status 2.
+class UsageError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// The command line as values. Where a flag was not given its optional is empty or its path is.
+struct Options {
+  std::string command;       ///< solve | factors | inspect | view
+  std::string command_line;  ///< as it could be typed again
+  std::filesystem::path scene, output, report_file, series_file;
+  SceneSettings flags;  ///< what overrides the scene file; `camera` is not used
+  int threads = 0;      ///< 0: every core
+  bool quiet = false;
+  bool close = true;           ///< restore reciprocity and closure
+  double memory_limit_gb = 0;  ///< of F, 1e9 bytes; 0: the memory of this machine
+
+  struct View {
+    std::filesystem::path camera_file;
+    std::optional<Vec3> position, target, up;
+    std::optional<double> vertical_fov_deg;
+    int width = 800, height = 600;
+    std::optional<double> exposure;  ///< 1/(W/m²)
+  } view;
+};
+
+/// Nothing when --help or --version was asked for and printed. Throws UsageError.
+std::optional<Options> parse_command_line(int argc, char** argv);
+
+/// The candidate with the smallest edit distance (insertions, deletions, substitutions) to `word`; the first
+/// of equals.
+std::string_view nearest(std::string_view word, std::span<const std::string> candidates);
+
+/// The scene file's settings, with those flags in their place that were given.
+SceneSettings override_settings(const SceneSettings& scene, const SceneSettings& flags);
+
+}  // namespace radiosity::app

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <bit>
+#include <utility>
+#include <vector>
+
+#include "commands.hpp"
+#include "radiosity/io/image.hpp"
+#include "radiosity/io/solution_file.hpp"
+#include "stages.hpp"
+
+namespace radiosity::app {
+namespace {
+
+/// The steps of a solve that --series wants. They are kept until the end, because the exposure that suits all
+/// of them is that of the result: every pass over F, or the shots 0, 1, 2, 4, 8, …
+class Steps {
+ public:
+  explicit Steps(bool shooting) : shooting_(shooting) {}
+
+  void add(Index iteration, const BandArray& radiosity) {
+    const bool wanted =
+        !shooting_ || iteration == 0 || std::has_single_bit(static_cast<std::uint32_t>(iteration));
+    if (wanted) keep(iteration, radiosity);
+  }
+
+  void keep(Index iteration, const BandArray& radiosity) {
+    if (steps_.empty() || steps_.back().first < iteration) steps_.emplace_back(iteration, radiosity);
+  }
+
+  void write(const std::filesystem::path& file, const PatchMesh& mesh, double exposure) const {
+    SolutionSeries series(file, mesh);
+    for (const auto& [iteration, radiosity] : steps_)
+      series.add(iteration, radiosity, exposure);
+    series.finish();
+  }
+
+ private:
+  bool shooting_;
+  std::vector<std::pair<Index, BandArray>> steps_;
+};
+
+}  // namespace
+
+int run_solve(const Options& options) {
+  Job job(options);
+  check_outputs(options, ".vtp");
+  const LoadedScene loaded = read_stage(job, options.scene);
+  const SceneSettings settings = override_settings(loaded.settings, options.flags);
+
+  const bool wants_series = !options.series_file.empty();
+  Steps steps(!find_solver(settings.solver.value_or(std::string(kDefaultSolver))).needs_stored_rows);
+  const Solved solved =
+      solve_stage(job, loaded.scene, settings, [&](Index iteration, const BandArray& radiosity) {
+        if (wants_series) steps.add(iteration, radiosity);
+      });
+  const PatchMesh& mesh = solved.patches.mesh;
+  const Solution& solution = solved.solution;
+
+  Outputs outputs(job);
+  const double exposure = automatic_exposure(mesh, solution.radiosity);
+  if (wants_series) {
+    outputs.written(options.series_file);
+    const std::filesystem::path folder = std::filesystem::path(options.series_file).replace_extension();
+    if (!std::filesystem::exists(folder)) outputs.written(folder);
+    steps.keep(solution.report.iterations, solution.radiosity);
+    steps.write(options.series_file, mesh, exposure);
+  }
+  write_solution(
+      options.output, mesh, solution,
+      {RADIOSITY_VERSION, options.command_line, solved.method, solved.solver, job.report.converged},
+      exposure);
+  outputs.written(options.output);
+  outputs.finish();
+  return job.report.converged ? kDone : kNotConverged;
+}
+
+}  // namespace radiosity::app

@@ -1,0 +1,317 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "stages.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <system_error>
+#include <utility>
+
+#include "radiosity/formfactors/visibility.hpp"
+#include "radiosity/io/output.hpp"
+#include "radiosity/meshing/error.hpp"
+
+namespace radiosity::app {
+namespace {
+
+void warn(Job& job, const std::vector<std::string>& warnings) {
+  for (const std::string& warning : warnings) {
+    job.console.line("warning", "{}", warning);
+    if (job.report.scene) job.report.scene->warnings.push_back(warning);
+  }
+}
+
+std::string numbered(Index n, std::string_view one, std::string_view many) {
+  return fmt::format("{} {}", n, n == 1 ? one : many);
+}
+
+std::string repairs_text(const Repairs& r) {
+  std::vector<std::string> done;
+  const auto add = [&](Index n, std::string_view what, std::string_view rule) {
+    if (n > 0) done.push_back(fmt::format("{} {}", numbered(n, what, fmt::format("{}s", what)), rule));
+  };
+  add(r.merged_vertices, "vertex position", "merged");
+  add(r.degenerate_faces, "face", "without area dropped");
+  add(r.duplicate_faces, "duplicate face", "dropped");
+  add(r.flipped_faces, "face", "turned over");
+  add(r.triangulated_faces, "face",
+      r.non_planar_faces > 0 ? fmt::format("triangulated ({} of them not planar)", r.non_planar_faces)
+                             : std::string("triangulated"));
+  add(r.cut_faces, "face", "cut where others touch");
+  return fmt::format("{}", fmt::join(done, ", "));
+}
+
+std::string patch_rule(const PatchOptions& options, double size) {
+  if (std::holds_alternative<KeepFaces>(options)) return "the faces as they are";
+  return fmt::format("no edge longer than {:.4g} m{}", size,
+                     std::holds_alternative<AutoPatches>(options) ? " (auto)" : "");
+}
+
+// Beyond this a program is not told but killed.
+std::size_t machine_memory() {
+  return static_cast<std::size_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+}
+
+Solution nothing_exchanged(const PatchMesh& mesh, const RadiositySystem& system) {
+  Solution solution;
+  solution.radiosity = system.emission();
+  solution.irradiance = BandArray::Zero(system.size(), system.bands());
+  solution.vertex_radiosity = vertex_values(mesh, solution.radiosity);
+  solution.report.status = SolveStatus::stopped;
+  solution.report.residual = 1;  // all that was emitted may be unaccounted for
+  solution.report.history = {1};
+  solution.report.message = "interrupted while computing form factors: nothing was exchanged yet, B = E";
+  return solution;
+}
+
+void print_energy(const Console& console, const EnergyBalance& energy) {
+  for (Index b = 0; b < energy.emitted_w.size(); ++b)
+    console.line(b == 0 ? "energy" : "",
+                 "{}emitted {:.6g} W, absorbed {:.6g} W, escaped {:.6g} W, imbalance {:.1e}",
+                 energy.emitted_w.size() == 1 ? std::string() : fmt::format("band {}: ", b),
+                 energy.emitted_w[b], energy.absorbed_w[b], energy.escaped_w[b], energy.imbalance[b]);
+}
+
+// How far a solve has come, on the logarithmic scale on which residuals fall evenly.
+double solved_fraction(double residual, double tolerance) {
+  if (!(residual > 0) || tolerance >= 1) return 1;
+  return std::log(std::min(residual, 1.0)) / std::log(tolerance);
+}
+
+}  // namespace
+
+Job::Job(const Options& options_) : options(options_), console(options_.quiet) {
+  report.version = RADIOSITY_VERSION;
+  report.command = options.command_line;
+}
+
+void check_outputs(const Options& options, const std::string& extension) {
+  require_writable(options.output, extension);
+  std::error_code missing;  // then they differ
+  if (std::filesystem::equivalent(options.output, options.scene, missing))
+    throw InputError(
+        fmt::format("{}: is the scene itself; -o must name another file", options.output.string()));
+  if (!options.report_file.empty()) require_writable(options.report_file, ".json");
+  if (!options.series_file.empty()) require_writable(options.series_file, ".pvd");
+}
+
+LoadedScene read_stage(Job& job, const std::filesystem::path& file) {
+  job.stage.lap();
+  LoadedScene loaded = read_scene(file);
+  const Scene& scene = loaded.scene;
+  job.report.seconds.read = job.stage.lap();
+
+  auto& facts = job.report.scene.emplace();
+  facts.file = file.string();
+  facts.surfaces = scene.face_count();
+  facts.bands = scene.bands();
+  facts.lower = scene.lower();
+  facts.upper = scene.upper();
+  job.console.line("scene", "{}{}", file.string(),
+                   loaded.mesh_file.empty() || loaded.mesh_file == file
+                       ? ""
+                       : fmt::format(", mesh {}", loaded.mesh_file.string()));
+  const Vec3 size = scene.upper() - scene.lower();
+  job.console.line("", "{}, {}, {}, {}; {:.4g} × {:.4g} × {:.4g} m",
+                   numbered(scene.face_count(), "face", "faces"),
+                   numbered(scene.vertex_count(), "vertex", "vertices"),
+                   numbered(static_cast<Index>(scene.materials().size()), "material", "materials"),
+                   numbered(scene.bands(), "band", "bands"), size.x(), size.y(), size.z());
+  warn(job, loaded.warnings);
+  return loaded;
+}
+
+Patches patch_stage(Job& job, const Scene& scene, const SceneSettings& settings) {
+  job.stage.lap();
+  const PatchOptions options = settings.patches.value_or(PatchOptions{});
+  Patches patches = make_patches(scene, options);
+  job.report.seconds.mesh = job.stage.lap();
+
+  auto& facts = *job.report.scene;
+  facts.patches = patches.mesh.patch_count();
+  facts.area_m2 = patches.mesh.areas().sum();
+  facts.repairs = patches.repairs;
+  const std::string repairs = repairs_text(patches.repairs);
+  if (!repairs.empty()) job.console.line("repaired", "{}", repairs);
+  warn(job, patches.warnings);
+  job.console.line("patches", "{}, {}; {:.6g} m²", facts.patches, patch_rule(options, patches.patch_size),
+                   facts.area_m2);
+  return patches;
+}
+
+MethodChoice choose_method(const Visibility& visibility) {
+  // Pairs cost n² and are the most accurate; sampled rows cost n and are the fastest where pairs are many.
+  constexpr Index kFewPatches = 3000;
+  const Index n = visibility.mesh().patch_count();
+  if (visibility.convex()) return {"analytic", "no patch hides another, so every factor is a closed form"};
+  if (n <= kFewPatches)
+    return {"analytic",
+            fmt::format("{} patches or fewer: accurate factors of every pair are affordable", kFewPatches)};
+  return {"hemisphere", fmt::format("more than {} patches: sampling rays is faster than pairs", kFewPatches)};
+}
+
+ChosenMethod method_stage(Job& job, const Visibility& visibility, const SceneSettings& settings) {
+  MethodChoice choice{settings.method.value_or(std::string(kAutoMethod)), ""};
+  if (choice.name == kAutoMethod) choice = choose_method(visibility);
+  const FormFactorMethodInfo& info = find_form_factor_method(choice.name);
+  FormFactorOptions options;
+  options.samples = settings.samples.value_or(0);
+  options.resolution = settings.resolution.value_or(0);
+  options.seed = settings.seed.value_or(options.seed);
+  const auto& own = info.setting == "samples" ? settings.samples : settings.resolution;
+  const Index setting = own.value_or(info.default_setting);
+
+  auto& facts = job.report.form_factors.emplace();
+  facts.method = choice.name;
+  facts.parameters = {{std::string(info.setting), setting}, {"seed", static_cast<double>(options.seed)}};
+  auto& modelled = job.report.modelled ? *job.report.modelled : job.report.modelled.emplace();
+  modelled.occlusion = !visibility.convex();
+  if (visibility.convex())
+    modelled.left_out.emplace_back("occlusion: no patch can stand between two others, the room is convex");
+  job.console.line("method", "{} ({} {}, seed {}){}", choice.name, info.setting, setting, options.seed,
+                   choice.why.empty() ? "" : "; chosen: " + choice.why);
+  return {&info, info.make(visibility, options)};
+}
+
+FormFactorMatrix form_factor_stage(Job& job, const FormFactorMethod& method, const Visibility& visibility) {
+  auto& facts = *job.report.form_factors;
+  job.stage.lap();
+  FormFactorMatrix matrix = [&] {
+    ProgressBar bar(job.console, "form factors");
+    AssemblyOptions options;
+    options.close = job.options.close;
+    options.memory_limit_bytes = job.options.memory_limit_gb > 0
+                                     ? static_cast<std::size_t>(1e9 * job.options.memory_limit_gb)
+                                     : machine_memory();
+    options.progress = [&](double fraction) { return bar(fraction); };
+    return assemble(method, visibility, options, &facts.assembly);
+  }();
+  job.report.seconds.form_factors = job.stage.lap();
+
+  const AssemblyReport& assembly = facts.assembly;
+  facts.storage = matrix.sparse() ? "sparse" : "dense";
+  facts.nonzeros = matrix.nonzeros();
+  facts.bytes = matrix.bytes();
+  if (!assembly.completed) {
+    job.console.line("form factors", "interrupted");
+    return matrix;
+  }
+  job.console.line(
+      "form factors", "{} stored, {} not zero, {}; {}", facts.storage, facts.nonzeros,
+      bytes_text(static_cast<double>(facts.bytes)),
+      assembly.rays > 0 ? fmt::format("{:.3g} rays", static_cast<double>(assembly.rays)) : "no rays");
+  const FormFactorQuality &before = assembly.before, &after = assembly.after;
+  const auto error_line = [&](std::string_view label, double b, double a) {
+    if (assembly.closed_rows)
+      job.console.line("", "{} error at most {:.1e}, restored to {:.1e}", label, b, a);
+    else
+      job.console.line("", "{} error at most {:.1e}", label, b);
+  };
+  error_line("closure", before.closure_error_max, after.closure_error_max);
+  error_line("reciprocity", before.reciprocity_error_max, after.reciprocity_error_max);
+  job.console.line("", "{}",
+                   assembly.closed_scene
+                       ? "closed: nothing escapes"
+                       : fmt::format("open: {:.3g} % of what leaves a patch, on average, reaches no patch",
+                                     100 * assembly.escaped_mean));
+  warn(job, assembly.warnings);
+  return matrix;
+}
+
+Solved solve_stage(Job& job, const Scene& scene, const SceneSettings& settings, const Step& step) {
+  const SolverInfo& info = find_solver(settings.solver.value_or(std::string(kDefaultSolver)));
+  require_emission(scene, job.options.scene);
+  const Scene merged = merge_equal_bands(scene);
+  auto& modelled = job.report.modelled.emplace();
+  modelled.bands = merged.bands();
+  if (merged.bands() < scene.bands())
+    modelled.left_out.push_back(
+        fmt::format("bands: all {} are equal in every material, so one was solved", scene.bands()));
+
+  Patches patches = patch_stage(job, merged, settings);
+  job.report.scene->bands = merged.bands();
+  const Visibility visibility(patches.mesh);
+  const ChosenMethod chosen = method_stage(job, visibility, settings);
+  for (const std::string& reason : modelled.left_out)
+    job.console.line("left out", "{}", reason);
+
+  // Closing rows needs all of them, so a request to leave them open stores them too.
+  const bool stored = info.needs_stored_rows || !job.options.close;
+  auto& facts = *job.report.form_factors;
+  std::unique_ptr<FormFactors> form_factors;
+  if (stored) {
+    form_factors = std::make_unique<FormFactorMatrix>(form_factor_stage(job, *chosen.method, visibility));
+  } else {
+    facts.storage = "rows";
+    form_factors = std::make_unique<RowsOnDemand>(*chosen.method, visibility);
+    job.console.line("form factors", "not stored: {} asks for one row at a time", info.name);
+  }
+
+  const RadiositySystem system(*form_factors, patches.mesh);
+  SolverOptions options;
+  options.tolerance = settings.tolerance.value_or(options.tolerance);
+  options.max_iterations = settings.max_iterations.value_or(0);
+  job.stage.lap();
+  const auto run = [&] {
+    if (!facts.assembly.completed) return nothing_exchanged(patches.mesh, system);
+    ProgressBar bar(job.console, "solve");
+    options.step = [&](Index iteration, double residual, const BandArray& radiosity) {
+      if (step) step(iteration, radiosity);
+      return bar(solved_fraction(residual, options.tolerance));
+    };
+    return solve(*info.make(), system, patches.mesh, options);
+  };
+  Solution solution = run();
+  job.report.seconds.solve = job.stage.lap();
+  if (!stored) facts.assembly.rays = chosen.method->rays();
+
+  const SolveReport& report = solution.report;
+  job.report.converged = report.status == SolveStatus::converged;
+  job.report.solver = Report::SolverFacts{std::string(info.name), options.tolerance, report};
+  job.console.line("solver", "{}: {} {}, residual {:.1e}, tolerance {:.1e}", info.name, report.iterations,
+                   info.needs_stored_rows ? "iterations" : "shots", report.residual, options.tolerance);
+  if (!job.report.converged) job.console.line("not converged", "{}", report.message);
+  if (facts.assembly.completed) {
+    job.report.energy = solution.energy;
+    print_energy(job.console, solution.energy);
+  }
+  std::string method_name = facts.method;
+  return {std::move(patches), std::move(solution), std::move(method_name), std::string(info.name),
+          !info.needs_stored_rows};
+}
+
+Outputs::~Outputs() {
+  std::error_code ignored;  // the error that brought us here is the one to tell
+  if (!keep_)
+    for (const auto& file : files_)
+      std::filesystem::remove_all(file, ignored);
+}
+
+void Outputs::finish() {
+  auto& report = job_.report;
+  report.seconds.write = job_.stage.lap();
+  report.seconds.total = job_.total.lap();
+  report.peak_memory_bytes = peak_memory_bytes();
+  if (!job_.options.report_file.empty()) {
+    write_report(job_.options.report_file, report);
+    written(job_.options.report_file);
+  }
+  keep_ = true;
+
+  for (std::size_t i = 0; i < files_.size(); ++i)
+    job_.console.line(i == 0 ? "written" : "", "{}", files_[i].string());
+  const Report::Seconds& s = report.seconds;
+  std::vector<std::string> parts;
+  for (const auto& [name, seconds] : {std::pair{"read", s.read},
+                                      {"mesh", s.mesh},
+                                      {"form factors", s.form_factors},
+                                      {"solve", s.solve},
+                                      {"write", s.write}})
+    if (seconds > 0) parts.push_back(fmt::format("{} {}", name, seconds_text(seconds)));
+  job_.console.line("time", "{} ({}); at most {} of memory", seconds_text(s.total), fmt::join(parts, ", "),
+                    bytes_text(static_cast<double>(report.peak_memory_bytes)));
+}
+
+}  // namespace radiosity::app

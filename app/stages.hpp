@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "options.hpp"
+#include "radiosity/formfactors/assemble.hpp"
+#include "radiosity/io/read_scene.hpp"
+#include "radiosity/io/report.hpp"
+#include "radiosity/meshing/make_patches.hpp"
+#include "radiosity/solver/solution.hpp"
+#include "terminal.hpp"
+
+namespace radiosity::app {
+
+/// The stages that the subcommands share. Each prints its lines and fills its part of the report.
+struct Job {
+  explicit Job(const Options& options);
+
+  const Options& options;
+  Console console;
+  Report report;
+  Stopwatch total, stage;
+};
+
+/// Refuses an output that could not be written, before any work is done for it.
+void check_outputs(const Options& options, const std::string& extension);
+
+LoadedScene read_stage(Job& job, const std::filesystem::path& file);
+
+Patches patch_stage(Job& job, const Scene& scene, const SceneSettings& settings);
+
+/// The rule behind --method auto.
+struct MethodChoice {
+  std::string name, why;
+};
+MethodChoice choose_method(const Visibility& visibility);
+
+struct ChosenMethod {
+  const FormFactorMethodInfo* info;
+  std::unique_ptr<FormFactorMethod> method;
+};
+ChosenMethod method_stage(Job& job, const Visibility& visibility, const SceneSettings& settings);
+
+/// All rows of F, or what Ctrl-C left of them: see job.report.form_factors->assembly.completed.
+FormFactorMatrix form_factor_stage(Job& job, const FormFactorMethod& method, const Visibility& visibility);
+
+struct Solved {
+  Patches patches;
+  Solution solution;
+  std::string method, solver;
+  bool shooting = false;
+};
+/// Scene → solution, through all the stages above. `step` is called after each iteration of the solver.
+using Step = std::function<void(Index iteration, const BandArray& radiosity)>;
+Solved solve_stage(Job& job, const Scene& scene, const SceneSettings& settings, const Step& step = {});
+
+/// Files that this run has written; removed again unless all went well.
+class Outputs {
+ public:
+  explicit Outputs(Job& job) : job_(job) {}
+  ~Outputs();
+  Outputs(const Outputs&) = delete;
+  Outputs& operator=(const Outputs&) = delete;
+
+  void written(const std::filesystem::path& file) { files_.push_back(file); }
+  /// Takes the times, writes the report where one is wanted, prints the last lines, and keeps the files.
+  void finish();
+
+ private:
+  Job& job_;
+  std::vector<std::filesystem::path> files_;
+  bool keep_ = false;
+};
+
+}  // namespace radiosity::app

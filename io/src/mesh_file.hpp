@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "radiosity/meshing/scene.hpp"
+
+namespace radiosity {
+
+/// A material as a mesh file knows it. Values of size 1 hold for every band.
+struct MeshMaterial {
+  std::string name;
+  BandValues reflectance = BandValues::Constant(1, 0.5);
+  BandValues emission = BandValues::Zero(1);
+  std::string undefined = {};  ///< not empty: faces use it, nothing defines it; the sentence that says so
+};
+
+/// What a reader of one mesh format delivers. Coordinates in the file's own unit.
+struct MeshFile {
+  Scene::Arrays geometry;  ///< its materials stay empty
+  std::vector<MeshMaterial> materials;
+  std::vector<std::string> warnings;
+};
+
+inline const std::string kDefaultMaterial = "default";
+
+/// One per format. Throw IoError or InputError whose message starts with the file's name.
+MeshFile read_obj(const std::filesystem::path& file);
+MeshFile read_soup(const std::filesystem::path& file, const std::string& extension);  // .ply .stl .off
+MeshFile read_vtk(const std::filesystem::path& file, const std::string& extension);   // .vtp .vtu
+MeshFile read_assimp(const std::filesystem::path& file);
+bool assimp_reads(const std::string& extension);
+
+/// Chooses the reader by the extension. Coordinates are as in the file.
+MeshFile read_mesh(const std::filesystem::path& file);
+
+/// Throws IoError unless the file exists, is a file and can be opened.
+void require_readable(const std::filesystem::path& file);
+
+std::string lower_case_extension(const std::filesystem::path& file);
+
+/// Numbers materials in the order in which faces first use them.
+class MaterialNumbers {
+ public:
+  /// The number of this key; `added` says whether it is new.
+  Index number(const std::string& key, bool& added) {
+    const auto [entry, inserted] = numbers_.try_emplace(key, static_cast<Index>(numbers_.size()));
+    added = inserted;
+    return entry->second;
+  }
+
+ private:
+  std::map<std::string, Index> numbers_;
+};
+
+}  // namespace radiosity

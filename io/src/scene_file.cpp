@@ -1,0 +1,276 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "scene_file.hpp"
+
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "nearest_name.hpp"
+#include "radiosity/meshing/error.hpp"
+
+namespace radiosity {
+namespace {
+
+int line_of(const toml::node& node) {
+  return static_cast<int>(node.source().begin.line);
+}
+
+/// A table of the scene file, with the words to speak about it.
+class Section {
+ public:
+  Section(const std::filesystem::path& file, const toml::table& table, std::string title)
+      : file_(file), table_(table), title_(std::move(title)) {}
+
+  /// "[solver] tolerance", or "mesh" at the top.
+  std::string name(std::string_view key) const {
+    return title_.empty() ? std::string(key) : fmt::format("[{}] {}", title_, key);
+  }
+
+  [[noreturn]] void fail(int line, const std::string& rule) const {
+    throw InputError(fmt::format("{}:{}: {}", file_.string(), line, rule));
+  }
+  [[noreturn]] void fail_type(std::string_view key, const toml::node& node, std::string_view expected) const {
+    std::string type;
+    node.visit([&](const auto& value) {
+      using Node = std::decay_t<decltype(value)>;
+      if constexpr (toml::is_string<Node>)
+        type = "a string";
+      else if constexpr (toml::is_integer<Node>)
+        type = "an integer";
+      else if constexpr (toml::is_floating_point<Node>)
+        type = "a number";
+      else if constexpr (toml::is_boolean<Node>)
+        type = "a boolean";
+      else if constexpr (toml::is_array<Node>)
+        type = "an array";
+      else if constexpr (toml::is_table<Node>)
+        type = "a table";
+      else
+        type = "a date or time";
+    });
+    fail(line_of(node), fmt::format("{} is {}, but must be {}", name(key), type, expected));
+  }
+
+  void allow_only(const std::vector<std::string>& keys) const {
+    for (const auto& [key, node] : table_)
+      if (std::find(keys.begin(), keys.end(), key.str()) == keys.end())
+        fail(static_cast<int>(key.source().begin.line),
+             fmt::format("unknown key '{}'{}; the nearest known key is '{}'", key.str(),
+                         title_.empty() ? "" : fmt::format(" in [{}]", title_),
+                         nearest_name(key.str(), keys)));
+  }
+
+  const toml::node* find(std::string_view key) const { return table_.get(key); }
+  int line() const { return line_of(table_); }
+
+  std::optional<std::string> text(std::string_view key) const {
+    const toml::node* const node = find(key);
+    if (!node) return {};
+    if (!node->is_string()) fail_type(key, *node, "a string");
+    return node->as_string()->get();
+  }
+
+  /// A number for which `valid` holds.
+  std::optional<double> number(std::string_view key, std::string_view rule,
+                               const std::function<bool(double)>& valid) const {
+    const toml::node* const node = find(key);
+    if (!node) return {};
+    if (!node->is_number()) fail_type(key, *node, "a number");
+    const double value = *node->value<double>();
+    if (!valid(value)) fail(line_of(*node), fmt::format("{} = {}: must be {}", name(key), value, rule));
+    return value;
+  }
+
+  std::optional<std::int64_t> integer(std::string_view key, std::int64_t least, std::int64_t most) const {
+    const toml::node* const node = find(key);
+    if (!node) return {};
+    if (!node->is_integer()) fail_type(key, *node, "an integer");
+    const std::int64_t value = node->as_integer()->get();
+    if (value < least || value > most)
+      fail(line_of(*node), fmt::format("{} = {}: must be from {} to {}", name(key), value, least, most));
+    return value;
+  }
+
+  /// One number or an array of numbers; each in the range that `rule` speaks of.
+  std::optional<BandSetting> bands(std::string_view key, const std::string& owner, std::string_view rule,
+                                   const std::function<bool(double)>& valid) const {
+    const toml::node* const node = find(key);
+    if (!node) return {};
+    BandSetting setting{.values = {}, .per_band = node->is_array(), .line = line_of(*node)};
+    const auto check = [&](const toml::node& item, Eigen::Index band) {
+      if (!item.is_number()) fail_type(key, item, "a number or an array with one number per band");
+      const double value = *item.value<double>();
+      if (!valid(value))
+        fail(line_of(item), fmt::format("{}: {} {}{} is {}", owner, key, value,
+                                        setting.per_band ? fmt::format(" in band {}", band) : "", rule));
+      setting.values[band] = value;
+    };
+    if (const toml::array* const array = node->as_array()) {
+      if (array->empty())
+        fail(setting.line, fmt::format("{}: {} has no numbers, but needs one per band", owner, key));
+      setting.values.resize(static_cast<Eigen::Index>(array->size()));
+      for (std::size_t b = 0; b < array->size(); ++b)
+        check(*array->get(b), static_cast<Eigen::Index>(b));
+    } else {
+      setting.values.resize(1);
+      check(*node, 0);
+    }
+    return setting;
+  }
+
+  std::optional<Vec3> vector(std::string_view key) const {
+    constexpr std::string_view kExpected = "an array of three finite numbers";
+    const toml::node* const node = find(key);
+    if (!node) return {};
+    const toml::array* const array = node->as_array();
+    if (!array) fail_type(key, *node, kExpected);
+    Vec3 result;
+    bool valid = array->size() == 3;
+    for (std::size_t k = 0; valid && k < 3; ++k) {
+      const auto value = array->get(k)->is_number() ? array->get(k)->value<double>() : std::nullopt;
+      valid = value && std::isfinite(*value);
+      if (valid) result[static_cast<Eigen::Index>(k)] = *value;
+    }
+    if (!valid) fail(line_of(*node), fmt::format("{} must be {}", name(key), kExpected));
+    return result;
+  }
+
+  /// A table inside this one.
+  std::optional<Section> section(std::string_view key, std::string title) const {
+    const toml::node* const node = find(key);
+    if (!node) return {};
+    if (!node->is_table()) fail_type(key, *node, "a table");
+    return Section(file_, *node->as_table(), std::move(title));
+  }
+
+  const toml::table& table() const { return table_; }
+
+ private:
+  const std::filesystem::path& file_;
+  const toml::table& table_;
+  std::string title_;
+};
+
+bool positive(double value) {
+  return value > 0 && std::isfinite(value);
+}
+constexpr std::string_view kPositive = "positive and finite";
+
+MaterialSetting read_material(const Section& section, const std::string& name) {
+  section.allow_only({"reflectance", "emission", "power", "sides"});
+  const std::string owner = fmt::format("material '{}'", name);
+  const auto not_negative = [](double value) { return value >= 0 && std::isfinite(value); };
+  MaterialSetting material;
+  material.line = section.line();
+  material.reflectance = section.bands("reflectance", owner, "outside [0, 1]",
+                                       [](double value) { return value >= 0 && value <= 1; });
+  material.emission = section.bands("emission", owner, "negative or not finite (W/m²)", not_negative);
+  material.power = section.bands("power", owner, "negative or not finite (W)", not_negative);
+  if (material.emission && material.power)
+    section.fail(std::max(material.emission->line, material.power->line),
+                 fmt::format("{}: emission (W/m²) and power (W) exclude each other", owner));
+  if (const auto sides = section.text("sides")) {
+    if (*sides != "front" && *sides != "both")
+      section.fail(line_of(*section.find("sides")),
+                   fmt::format("{}: sides = \"{}\" must be \"front\" or \"both\"", owner, *sides));
+    material.sides = *sides == "both" ? Sides::both : Sides::front;
+  }
+  return material;
+}
+
+PatchOptions read_patch_size(const Section& section) {
+  constexpr std::string_view kExpected = "a number of metres, \"none\" or \"auto\"";
+  const toml::node& node = *section.find("size");
+  if (const auto* const word = node.as_string()) {
+    if (word->get() == "none") return KeepFaces{};
+    if (word->get() == "auto") return AutoPatches{};
+    section.fail(line_of(node), fmt::format("[patches] size = \"{}\" must be {}", word->get(), kExpected));
+  }
+  if (!node.is_number()) section.fail_type("size", node, kExpected);
+  return PatchSize{*section.number("size", kPositive, positive)};
+}
+
+Camera read_camera(const Section& section) {
+  section.allow_only({"position", "target", "up", "vertical_fov_deg"});
+  Camera camera;
+  for (const auto& [key, field] :
+       {std::pair{"position", &camera.position}, std::pair{"target", &camera.target}}) {
+    const auto value = section.vector(key);
+    if (!value) section.fail(section.line(), fmt::format("[camera] needs the key '{}'", key));
+    *field = *value;
+  }
+  if (const auto up = section.vector("up")) camera.up = *up;
+  if (const auto angle = section.number("vertical_fov_deg", "between 0 and 180",
+                                        [](double value) { return value > 0 && value < 180; }))
+    camera.vertical_fov_deg = *angle;
+  return camera;
+}
+
+double read_unit(const Section& top) {
+  const auto unit = top.text("units");
+  if (!unit || *unit == "m") return 1;
+  if (*unit == "cm") return 0.01;
+  if (*unit == "mm") return 0.001;
+  if (*unit == "in") return 0.0254;
+  if (*unit == "ft") return 0.3048;
+  top.fail(line_of(*top.find("units")),
+           fmt::format("units = \"{}\" must be \"m\", \"cm\", \"mm\", \"in\" or \"ft\"", *unit));
+}
+
+}  // namespace
+
+SceneFile read_scene_file(const std::filesystem::path& file) {
+  toml::table table;
+  try {
+    table = toml::parse_file(file.string());
+  } catch (const toml::parse_error& error) {
+    throw IoError(
+        fmt::format("{}:{}: is not TOML: {}", file.string(), error.source().begin.line, error.description()));
+  }
+  const Section top(file, table, "");
+  top.allow_only({"mesh", "units", "materials", "patches", "form_factors", "solver", "camera"});
+
+  SceneFile scene;
+  const auto mesh = top.text("mesh");
+  if (!mesh) throw InputError(fmt::format("{}: the key 'mesh' is missing: mesh = \"FILE\"", file.string()));
+  scene.mesh = file.parent_path() / *mesh;
+  scene.metres_per_unit = read_unit(top);
+
+  if (const auto materials = top.section("materials", "materials"))
+    for (const auto& [key, node] : materials->table()) {
+      const std::string name(key.str());
+      scene.materials[name] = read_material(*materials->section(name, "materials." + name), name);
+    }
+
+  constexpr std::int64_t kMost = std::numeric_limits<Index>::max();
+  const auto index = [](std::optional<std::int64_t> value) -> std::optional<Index> {
+    if (!value) return {};
+    return static_cast<Index>(*value);
+  };
+  SceneSettings& settings = scene.settings;
+  if (const auto patches = top.section("patches", "patches")) {
+    patches->allow_only({"size"});
+    if (patches->find("size")) settings.patches = read_patch_size(*patches);
+  }
+  if (const auto factors = top.section("form_factors", "form_factors")) {
+    factors->allow_only({"method", "samples", "resolution", "seed"});
+    settings.method = factors->text("method");
+    settings.samples = index(factors->integer("samples", 1, kMost));
+    settings.resolution = index(factors->integer("resolution", 1, kMost));
+    if (const auto seed = factors->integer("seed", 0, std::numeric_limits<std::int64_t>::max()))
+      settings.seed = static_cast<std::uint64_t>(*seed);
+  }
+  if (const auto solver = top.section("solver", "solver")) {
+    solver->allow_only({"name", "tolerance", "max_iterations"});
+    settings.solver = solver->text("name");
+    settings.tolerance = solver->number("tolerance", kPositive, positive);
+    settings.max_iterations = index(solver->integer("max_iterations", 1, kMost));
+  }
+  if (const auto camera = top.section("camera", "camera")) settings.camera = read_camera(*camera);
+  return scene;
+}
+
+}  // namespace radiosity

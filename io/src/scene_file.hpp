@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "radiosity/io/read_scene.hpp"
+
+namespace radiosity {
+
+/// A number that holds for every band, or an array with one number per band, and where it stands.
+struct BandSetting {
+  BandValues values;
+  bool per_band = false;
+  int line = 0;
+};
+
+/// [materials.NAME]
+struct MaterialSetting {
+  int line = 0;
+  std::optional<BandSetting> reflectance, emission, power;  ///< power in W, over the material's area
+  std::optional<Sides> sides;
+};
+
+struct SceneFile {
+  std::filesystem::path mesh;
+  double metres_per_unit = 1;
+  std::map<std::string, MaterialSetting> materials;
+  SceneSettings settings;
+};
+
+/// Reads a scene file by itself; the mesh is not opened. Throws IoError where it is not TOML, InputError naming
+/// file, line, key and rule.
+SceneFile read_scene_file(const std::filesystem::path& file);
+
+}  // namespace radiosity

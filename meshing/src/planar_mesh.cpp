@@ -1,0 +1,319 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "planar_mesh.hpp"
+
+#include <CGAL/Constrained_Delaunay_triangulation_2.h>
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Triangulation_face_base_with_info_2.h>
+#include <CGAL/Triangulation_vertex_base_with_info_2.h>
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+namespace radiosity {
+namespace {
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+constexpr Index kUnnumbered = -1;
+
+struct VertexInfo {
+  Index number = kUnnumbered;
+};
+enum class Region { unvisited, inside, outside };
+struct FaceInfo {
+  Region region = Region::unvisited;
+};
+using Data = CGAL::Triangulation_data_structure_2<
+    CGAL::Triangulation_vertex_base_with_info_2<VertexInfo, Kernel>,
+    CGAL::Constrained_triangulation_face_base_2<Kernel,
+                                                CGAL::Triangulation_face_base_with_info_2<FaceInfo, Kernel>>>;
+// Kept edges that cross (a polygon that intersects itself) get a point at the crossing.
+using Triangulation = CGAL::Constrained_Delaunay_triangulation_2<Kernel, Data, CGAL::Exact_predicates_tag>;
+using Point = Kernel::Point_2;
+using Vertex = Triangulation::Vertex_handle;
+using Face = Triangulation::Face_handle;
+using Edges = std::span<const std::array<Index, 2>>;
+
+Vec2 position(const Vertex& v) {
+  return {v->point().x(), v->point().y()};
+}
+
+class Mesher {
+ public:
+  Mesher(std::vector<Vec2> points, Edges boundary, Edges lines)
+      : points_(std::move(points)), boundary_(boundary), lines_(lines) {
+    std::vector<Vertex> vertices(points_.size());
+    Face hint;
+    for (std::size_t p = 0; p < points_.size(); ++p) {
+      vertices[p] = insert(points_[p], hint);
+      if (vertices[p]->info().number == kUnnumbered) vertices[p]->info().number = static_cast<Index>(p);
+      hint = vertices[p]->face();
+    }
+    for (const Edges edges : {boundary_, lines_})
+      for (const auto& [a, b] : edges)
+        if (vertices[at(a)] != vertices[at(b)])
+          triangulation_.insert_constraint(vertices[at(a)], vertices[at(b)]);
+    mark_regions();
+  }
+
+  void add_lattice(double spacing) {
+    Vec2 lower = points_[at(boundary_[0][0])], upper = lower;
+    double longest = 0;
+    Vec2 phase = lower;
+    for (const auto& [a, b] : boundary_) {
+      lower = lower.cwiseMin(points_[at(a)]);
+      upper = upper.cwiseMax(points_[at(a)]);
+    }
+    const double clearance = 0.6 * spacing;
+    if ((upper - lower).minCoeff() <= 2 * clearance) return;
+    // The first row is half a step off the points of the lowest edge parallel to the rows, as in a mesh of
+    // equilateral triangles.
+    for (const auto& [a, b] : boundary_) {
+      const Vec2 &p = points_[at(a)], &q = points_[at(b)];
+      if (std::abs(p.y() - q.y()) > 1e-6 * spacing || std::abs(p.x() - q.x()) <= longest) continue;
+      longest = std::abs(p.x() - q.x());
+      phase = (p + q) / 2;
+    }
+    const Buckets kept(*this, spacing, clearance);
+    const double row_height = spacing * std::sqrt(0.75);
+    const auto first_row = static_cast<long>(std::ceil((lower.y() - phase.y()) / row_height));
+    const auto last_row = static_cast<long>(std::floor((upper.y() - phase.y()) / row_height));
+    std::vector<Vec2> added;
+    Face hint;
+    for (long row = first_row; row <= last_row; ++row) {
+      const double y = phase.y() + static_cast<double>(row) * row_height;
+      const double start = phase.x() + (row % 2 == 0 ? 0.5 : 0.0) * spacing;
+      const auto first = static_cast<long>(std::ceil((lower.x() - start) / spacing));
+      const auto last = static_cast<long>(std::floor((upper.x() - start) / spacing));
+      for (long column = first; column <= last; ++column) {
+        const Vec2 p(start + static_cast<double>(column) * spacing, y);
+        if (!kept.clear(p)) continue;
+        hint = triangulation_.locate(Point(p.x(), p.y()), hint);
+        if (hint != nullptr && !triangulation_.is_infinite(hint) && hint->info().region == Region::inside)
+          added.push_back(p);
+      }
+    }
+    Face near;
+    for (const Vec2& p : added)
+      near = add(p, near)->face();
+    mark_regions();
+  }
+
+  /// Moves each point inside towards the mean of its neighbours, which evens out the seam between lattice and
+  /// boundary, unless a triangle would turn over or an edge become longer than `longest`; then triangulates
+  /// anew. In the order of the points' numbers, so that the same bits come out every time.
+  void smooth(double longest) {
+    std::vector<Vertex> vertices(points_.size());
+    for (const Vertex v : triangulation_.finite_vertex_handles())
+      if (v->info().number != kUnnumbered) vertices[at(v->info().number)] = v;
+    std::vector<Vertex> ring;
+    constexpr int kPasses = 3;
+    for (int pass = 0; pass < kPasses; ++pass)
+      for (std::size_t n = at(first_added_); n < vertices.size(); ++n) {
+        ring.clear();
+        auto neighbour = triangulation_.incident_vertices(vertices[n]), done = neighbour;
+        do ring.push_back(neighbour);
+        while (++neighbour != done);
+        // The ring starts anywhere; its sum must not depend on that.
+        std::rotate(ring.begin(),
+                    std::min_element(ring.begin(), ring.end(),
+                                     [](Vertex a, Vertex b) { return a->info().number < b->info().number; }),
+                    ring.end());
+        Vec2 mean = Vec2::Zero();
+        for (const Vertex v : ring) mean += (position(v) - points_[n]) / static_cast<double>(ring.size());
+        mean += points_[n];
+        bool allowed = true;
+        for (std::size_t k = 0; k < ring.size() && allowed; ++k) {
+          const Vec2 a = position(ring[k]), b = position(ring[(k + 1) % ring.size()]);
+          allowed = cross(a - mean, b - mean) > 0 && (a - mean).norm() <= longest;
+        }
+        if (!allowed) continue;
+        points_[n] = mean;
+        vertices[n]->set_point(Point(mean.x(), mean.y()));
+      }
+    const Index first_added = first_added_;
+    *this = Mesher(std::move(points_), boundary_, lines_);
+    first_added_ = first_added;
+  }
+
+  void halve_edges_longer_than(double longest) {
+    // Each round halves the longest edges first. A point halves an edge that is the longest of both its
+    // triangles, so rounds end; the limit guards against rounding.
+    for (int round = 0; round < 20; ++round) {
+      struct Long {
+        double squared;
+        Vertex a, b;
+      };
+      std::vector<Long> edges;
+      for (const auto& edge : triangulation_.finite_edges()) {
+        if (triangulation_.is_constrained(edge) || edge.first->info().region != Region::inside) continue;
+        const Vertex a = edge.first->vertex(Triangulation::cw(edge.second));
+        const Vertex b = edge.first->vertex(Triangulation::ccw(edge.second));
+        const double squared = (position(a) - position(b)).squaredNorm();
+        if (squared <= longest * longest * (1 + 1e-9)) continue;
+        const bool ordered = a->info().number < b->info().number;
+        edges.push_back({squared, ordered ? a : b, ordered ? b : a});
+      }
+      if (edges.empty()) return;
+      const auto order = [](const Long& edge) {
+        return std::tuple(-edge.squared, edge.a->info().number, edge.b->info().number);
+      };
+      std::sort(edges.begin(), edges.end(), [&](const Long& x, const Long& y) { return order(x) < order(y); });
+      for (const Long& edge : edges)
+        if (triangulation_.is_edge(edge.a, edge.b))
+          add((position(edge.a) + position(edge.b)) / 2, edge.a->face());
+      mark_regions();
+    }
+  }
+
+  PlanarMesh result() {
+    for (const Vertex v : triangulation_.finite_vertex_handles())
+      if (v->info().number == kUnnumbered) number(v, position(v));
+    PlanarMesh mesh{points_, {}};
+    for (const Face f : triangulation_.finite_face_handles()) {
+      if (f->info().region != Region::inside) continue;
+      std::array<Index, 3> corners;
+      for (int k = 0; k < 3; ++k) corners[static_cast<std::size_t>(k)] = f->vertex(k)->info().number;
+      std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
+      mesh.triangles.push_back(corners);
+    }
+    // The order of CGAL's faces may depend on their addresses.
+    std::sort(mesh.triangles.begin(), mesh.triangles.end());
+    return mesh;
+  }
+
+  void set_given() { first_added_ = static_cast<Index>(points_.size()); }
+
+ private:
+  /// Kept edges by square cells of one spacing.
+  class Buckets {
+   public:
+    Buckets(const Mesher& mesher, double cell, double clearance) : clearance_(clearance), cell_(cell) {
+      lower_ = mesher.points_[at(mesher.boundary_[0][0])];
+      Vec2 upper = lower_;
+      for (const Edges edges : {mesher.boundary_, mesher.lines_})
+        for (const auto& [a, b] : edges) {
+          const Vec2 &p = mesher.points_[at(a)], &q = mesher.points_[at(b)];
+          segments_.push_back({p, q});
+          lower_ = lower_.cwiseMin(p.cwiseMin(q));
+          upper = upper.cwiseMax(p.cwiseMax(q));
+        }
+      columns_ = index(upper.x() - lower_.x()) + 1;
+      rows_ = index(upper.y() - lower_.y()) + 1;
+      cells_.resize(static_cast<std::size_t>(columns_ * rows_));
+      for (std::size_t s = 0; s < segments_.size(); ++s) {
+        const Vec2 reach = Vec2::Constant(clearance);
+        const Vec2 from = segments_[s][0].cwiseMin(segments_[s][1]) - reach - lower_;
+        const Vec2 to = segments_[s][0].cwiseMax(segments_[s][1]) + reach - lower_;
+        for (long y = std::max(0L, index(from.y())); y <= std::min(rows_ - 1, index(to.y())); ++y)
+          for (long x = std::max(0L, index(from.x())); x <= std::min(columns_ - 1, index(to.x())); ++x)
+            cells_[static_cast<std::size_t>(y * columns_ + x)].push_back(s);
+      }
+    }
+    bool clear(const Vec2& p) const {
+      const long x = index(p.x() - lower_.x()), y = index(p.y() - lower_.y());
+      if (x < 0 || y < 0 || x >= columns_ || y >= rows_) return false;
+      for (const std::size_t s : cells_[static_cast<std::size_t>(y * columns_ + x)])
+        if (polygon::distance_to_segment(p, segments_[s][0], segments_[s][1]) < clearance_) return false;
+      return true;
+    }
+
+   private:
+    long index(double offset) const { return static_cast<long>(std::floor(offset / cell_)); }
+    double clearance_, cell_;
+    Vec2 lower_;
+    long columns_ = 0, rows_ = 0;
+    std::vector<std::array<Vec2, 2>> segments_;
+    std::vector<std::vector<std::size_t>> cells_;
+  };
+
+  Vertex insert(const Vec2& p, Face hint) {
+    return hint == nullptr ? triangulation_.insert(Point(p.x(), p.y()))
+                           : triangulation_.insert(Point(p.x(), p.y()), hint);
+  }
+
+  void number(Vertex v, const Vec2& p) {
+    v->info().number = static_cast<Index>(points_.size());
+    points_.push_back(p);
+  }
+
+  Vertex add(const Vec2& p, Face hint) {
+    const Vertex v = insert(p, hint);
+    if (v->info().number == kUnnumbered) number(v, p);
+    return v;
+  }
+
+  /// Regions bounded by kept edges are wholly inside or outside; a point of the largest triangle of each
+  /// decides. (Counting how often the way from infinity crosses the boundary fails where a boundary edge
+  /// runs through another point of the boundary.)
+  void mark_regions() {
+    for (const Face f : triangulation_.all_face_handles())
+      f->info().region = Region::unvisited;
+    std::vector<Vec2> ends;
+    std::vector<Face> region;
+    const auto visit = [&](Face start) {
+      region.assign(1, start);
+      start->info().region = Region::outside;
+      for (std::size_t k = 0; k < region.size(); ++k)
+        for (int side = 0; side < 3; ++side) {
+          const Face next = region[k]->neighbor(side);
+          if (region[k]->is_constrained(side) || next->info().region != Region::unvisited) continue;
+          next->info().region = Region::outside;
+          region.push_back(next);
+        }
+    };
+    if (triangulation_.dimension() < 2) return;
+    visit(triangulation_.infinite_face());
+    for (const Face f : triangulation_.finite_face_handles()) {
+      if (f->info().region != Region::unvisited) continue;
+      visit(f);
+      double largest = -1;
+      Vec2 centre = Vec2::Zero();
+      for (const Face g : region) {
+        const Vec2 a = position(g->vertex(0)), b = position(g->vertex(1)), c = position(g->vertex(2));
+        const double area = cross(b - a, c - a);
+        if (area > largest) {
+          largest = area;
+          centre = (a + b + c) / 3;
+        }
+      }
+      if (!inside_boundary(centre)) continue;
+      for (const Face g : region)
+        g->info().region = Region::inside;
+    }
+  }
+
+  bool inside_boundary(const Vec2& p) const {
+    bool inside = false;
+    for (const auto& [i, j] : boundary_) {
+      Vec2 a = points_[at(i)], b = points_[at(j)];
+      if ((a.y() > p.y()) == (b.y() > p.y())) continue;
+      if (a.y() > b.y()) std::swap(a, b);
+      if (cross(b - a, p - a) > 0) inside = !inside;
+    }
+    return inside;
+  }
+
+  std::vector<Vec2> points_;
+  Edges boundary_, lines_;
+  Index first_added_ = 0;  ///< points from here on may move
+  Triangulation triangulation_;
+};
+
+}  // namespace
+
+PlanarMesh mesh_polygon(std::vector<Vec2> points, Edges boundary, Edges lines, double spacing,
+                        double longest) {
+  Mesher mesher(std::move(points), boundary, lines);
+  mesher.set_given();
+  if (std::isfinite(spacing)) {
+    mesher.add_lattice(spacing);
+    mesher.halve_edges_longer_than(longest);
+    for (int pass = 0; pass < 3; ++pass)
+      mesher.smooth();
+    mesher.halve_edges_longer_than(longest);
+  }
+  return mesher.result();
+}
+
+}  // namespace radiosity

@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <unordered_map>
+
+#include "radiosity/meshing/error.hpp"
+#include "radiosity/meshing/tolerances.hpp"
+#include "surface.hpp"
+
+namespace radiosity {
+
+double Surface::diagonal() const {
+  Vec3 lower = Vec3::Constant(std::numeric_limits<double>::infinity()), upper = -lower;
+  for (const Index c : corners) {
+    lower = lower.cwiseMin(points[at(c)]);
+    upper = upper.cwiseMax(points[at(c)]);
+  }
+  return (upper - lower).norm();
+}
+
+std::string name_faces(const std::vector<Index>& faces) {
+  constexpr std::size_t kNamed = 5;
+  std::string text = faces.size() == 1 ? "face" : "faces";
+  for (std::size_t k = 0; k < std::min(faces.size(), kNamed); ++k)
+    text += fmt::format("{} {}", k == 0 ? "" : k + 1 == faces.size() ? " and" : ",", faces[k]);
+  if (faces.size() > kNamed) text += fmt::format(" and {} more", faces.size() - kNamed);
+  return text;
+}
+
+namespace {
+
+/// For each vertex the first one at the same position (0 and −0 are the same).
+std::vector<Index> first_equal(const std::vector<Vec3>& vertices, Index& merged) {
+  std::vector<Index> order(vertices.size()), first(vertices.size());
+  std::iota(order.begin(), order.end(), 0);
+  const auto compare = [&](Index a, Index b) {
+    const Vec3 &p = vertices[at(a)], &q = vertices[at(b)];
+    return std::lexicographical_compare(p.begin(), p.end(), q.begin(), q.end());
+  };
+  std::stable_sort(order.begin(), order.end(), compare);
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const bool equal = k > 0 && vertices[at(order[k])] == vertices[at(order[k - 1])];
+    first[at(order[k])] = equal ? first[at(order[k - 1])] : order[k];
+    merged += equal ? 1 : 0;
+  }
+  return first;
+}
+
+/// The least of all rotations of the loop.
+std::vector<Index> canonical(std::span<const Index> loop) {
+  const Index least = *std::min_element(loop.begin(), loop.end());
+  std::vector<Index> best;
+  for (std::size_t k = 0; k < loop.size(); ++k) {
+    if (loop[k] != least) continue;
+    std::vector<Index> rotated(loop.begin() + static_cast<std::ptrdiff_t>(k), loop.end());
+    rotated.insert(rotated.end(), loop.begin(), loop.begin() + static_cast<std::ptrdiff_t>(k));
+    if (best.empty() || rotated < best) best = std::move(rotated);
+  }
+  return best;
+}
+
+struct LoopHash {
+  std::size_t operator()(const std::vector<Index>& loop) const {
+    std::uint64_t hash = 0x9e3779b97f4a7c15;
+    for (const Index v : loop)
+      hash = (hash ^ static_cast<std::uint64_t>(v)) * 0xff51afd7ed558ccd + (hash >> 29);
+    return static_cast<std::size_t>(hash);
+  }
+};
+
+struct Neighbour {
+  Index polygon;
+  bool agrees;  ///< the common edge runs in opposite directions, so the orientations fit
+};
+
+/// Per polygon, its neighbours over edges that belong to exactly two polygons.
+std::vector<std::vector<Neighbour>> neighbours(const Surface& surface) {
+  struct Side {
+    std::uint64_t key;
+    Index polygon;
+    bool forward;
+  };
+  std::vector<Side> sides;
+  sides.reserve(surface.corners.size());
+  for (Index p = 0; p < surface.count(); ++p) {
+    const auto loop = surface.loop(p);
+    for (std::size_t k = 0; k < loop.size(); ++k) {
+      const Index a = loop[k], b = loop[(k + 1) % loop.size()];
+      sides.push_back({edge_key(a, b), p, a < b});
+    }
+  }
+  std::stable_sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) { return a.key < b.key; });
+  std::vector<std::vector<Neighbour>> result(at(surface.count()));
+  for (std::size_t k = 0, next; k < sides.size(); k = next) {
+    for (next = k + 1; next < sides.size() && sides[next].key == sides[k].key;)
+      ++next;
+    if (next - k != 2 || sides[k].polygon == sides[k + 1].polygon) continue;
+    const bool agrees = sides[k].forward != sides[k + 1].forward;
+    result[at(sides[k].polygon)].push_back({sides[k + 1].polygon, agrees});
+    result[at(sides[k + 1].polygon)].push_back({sides[k].polygon, agrees});
+  }
+  return result;
+}
+
+/// Turns faces over so that neighbours agree. Which of the two ways a connected surface faces is decided by
+/// the larger area of its faces as given, never by what would look outward.
+void orient(Surface& surface, Repairs& repairs, std::vector<std::string>& warnings) {
+  const auto adjacent = neighbours(surface);
+  constexpr std::uint8_t kUnseen = 0, kAsGiven = 1, kTurned = 2;
+  std::vector<std::uint8_t> state(at(surface.count()), kUnseen);
+  std::vector<Index> flipped, one_sided;
+  for (Index seed = 0; seed < surface.count(); ++seed) {
+    if (state[at(seed)] != kUnseen) continue;
+    std::vector<Index> component{seed};
+    state[at(seed)] = kAsGiven;
+    bool orientable = true;
+    double area[2] = {0, 0};
+    for (std::size_t k = 0; k < component.size(); ++k) {
+      const Index p = component[k];
+      area[state[at(p)] == kTurned] += polygon::area_vector(surface.points, surface.loop(p)).norm();
+      for (const auto& [other, agrees] : adjacent[at(p)]) {
+        const std::uint8_t wanted = agrees == (state[at(p)] == kAsGiven) ? kAsGiven : kTurned;
+        if (state[at(other)] == kUnseen) {
+          state[at(other)] = wanted;
+          component.push_back(other);
+        } else if (state[at(other)] != wanted) {
+          orientable = false;
+        }
+      }
+    }
+    if (!orientable) {
+      one_sided.push_back(surface.face[at(seed)]);
+      continue;
+    }
+    // Equal but for rounding: the first face stays.
+    const std::uint8_t turn = area[1] > area[0] * (1 + 1e-9) ? kAsGiven : kTurned;
+    for (const Index p : component) {
+      if (state[at(p)] != turn) continue;
+      flipped.push_back(surface.face[at(p)]);
+      std::reverse(surface.corners.begin() + surface.start[at(p)] + 1,
+                   surface.corners.begin() + surface.start[at(p) + 1]);
+    }
+  }
+  std::sort(flipped.begin(), flipped.end());
+  repairs.flipped_faces = static_cast<Index>(flipped.size());
+  if (!flipped.empty())
+    warnings.push_back(fmt::format(
+        "{} {} turned over: {} corners ran against the larger area of the connected surface",
+        name_faces(flipped), flipped.size() == 1 ? "was" : "were", flipped.size() == 1 ? "its" : "their"));
+  if (!one_sided.empty())
+    warnings.push_back(
+        fmt::format("the surface connected to {} cannot be given a front (as a Möbius strip cannot); "
+                    "its faces stay as they are in the file",
+                    name_faces(one_sided)));
+}
+
+}  // namespace
+
+Surface repair(const Scene& scene, Repairs& repairs, std::vector<std::string>& warnings) {
+  const std::vector<Index> first = first_equal(scene.vertices(), repairs.merged_vertices);
+  Surface surface;
+  surface.points = scene.vertices();
+  std::vector<Index> degenerate, duplicate, other_material, loop;
+  std::unordered_map<std::vector<Index>, Index, LoopHash> seen;
+  for (Index f = 0; f < scene.face_count(); ++f) {
+    loop.clear();
+    for (const Index c : scene.corners(f))
+      if (loop.empty() || loop.back() != first[at(c)]) loop.push_back(first[at(c)]);
+    while (loop.size() > 1 && loop.back() == loop.front())
+      loop.pop_back();
+    const auto height = [&] {
+      return 2 * polygon::area_vector(surface.points, loop).norm() /
+             polygon::longest_edge(surface.points, loop);
+    };
+    if (loop.size() < 3 || !(height() > polygon::rounding(surface.points, loop))) {
+      degenerate.push_back(f);
+      continue;
+    }
+    const auto [entry, is_new] = seen.emplace(canonical(loop), f);
+    if (!is_new) {
+      duplicate.push_back(f);
+      if (scene.material(f) != scene.material(entry->second)) other_material.push_back(f);
+      continue;
+    }
+    surface.add(loop, f, scene.material(f));
+  }
+  repairs.degenerate_faces = static_cast<Index>(degenerate.size());
+  repairs.duplicate_faces = static_cast<Index>(duplicate.size());
+  if (surface.count() == 0)
+    throw InputError(fmt::format("none of the {} faces has an area beyond the rounding of its coordinates",
+                                 scene.face_count()));
+  const auto were = [](const std::vector<Index>& faces) { return faces.size() == 1 ? "was" : "were"; };
+  if (!degenerate.empty())
+    warnings.push_back(fmt::format("{} {} dropped: no area beyond the rounding of the coordinates",
+                                   name_faces(degenerate), were(degenerate)));
+  if (!duplicate.empty())
+    warnings.push_back(fmt::format(
+        "{} {} dropped: the same corners in the same order as an earlier face{}", name_faces(duplicate),
+        were(duplicate),
+        other_material.empty()
+            ? ""
+            : fmt::format(", whose material stays although {} {} another", name_faces(other_material),
+                          other_material.size() == 1 ? "has" : "have")));
+  orient(surface, repairs, warnings);
+  return surface;
+}
+
+Surface split_non_planar(const Surface& surface) {
+  Surface result;
+  result.points = surface.points;
+  for (Index p = 0; p < surface.count(); ++p) {
+    const auto loop = surface.loop(p);
+    if (polygon::is_planar(polygon::Plane(surface.points, loop), surface.points, loop)) {
+      result.add(loop, surface.face[at(p)], surface.material[at(p)]);
+      continue;
+    }
+    for (const auto& [a, b, c] : polygon::triangles(surface.points, loop)) {
+      const std::array<Index, 3> triangle{loop[at(a)], loop[at(b)], loop[at(c)]};
+      if (2 * polygon::area_vector(surface.points, triangle).norm() >
+          polygon::longest_edge(surface.points, triangle) * polygon::rounding(surface.points, triangle))
+        result.add(triangle, surface.face[at(p)], surface.material[at(p)]);
+    }
+  }
+  return result;
+}
+
+}  // namespace radiosity

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "contacts.hpp"
+
+namespace radiosity {
+
+/// Patches as polygons over points; at a place where several polygons meet there is one point.
+struct Pieces {
+  std::vector<Vec3> points;
+  std::vector<Index> corners;
+  std::vector<Index> start{0};
+  std::vector<Index> polygon;                 ///< per piece: the polygon of the surface it was cut from
+  std::unordered_set<std::uint64_t> creases;  ///< edges (edge_key) over which no surface is smooth
+};
+
+/// Everything about the subdivision of planar polygons that does not depend on the size of the pieces.
+class Subdivision {
+ public:
+  Subdivision(const Surface& surface, const Contacts& contacts);
+
+  /// Pieces with no edge longer than `size`, which may be infinite. Throws InputError when there would be too
+  /// many.
+  Pieces pieces(double size) const;
+
+  bool is_cut(Index polygon) const { return polygons_[at(polygon)].lines > 0; }
+
+ private:
+  /// An edge between neighbouring points that must be kept, a < b. It is divided once for all its polygons.
+  struct Edge {
+    Index a, b;
+    double length;
+    bool crease;
+  };
+  struct Use {
+    Index edge;
+    bool forward;  ///< from a to b
+  };
+  struct Polygon {
+    std::size_t first;            ///< in uses_: the boundary in order, then the lines
+    std::size_t boundary, lines;  ///< numbers of uses
+    bool grid;
+    double area;
+  };
+  struct Division;
+
+  void add_polygon(const Surface& surface, const Contacts& contacts, Index polygon,
+                   std::span<const Contacts::Line> lines);
+  Use use(Index from, Index to, bool crease);
+  Index opposite_root(Index edge) const;
+  void add_grid(const Polygon& polygon, const Division& division, Pieces& pieces) const;
+  void add_triangle(const Polygon& polygon, const Division& division, Pieces& pieces) const;
+  void add_mesh(const Polygon& polygon, const Division& division, double size, Pieces& pieces) const;
+
+  std::vector<Vec3> points_;
+  std::vector<Edge> edges_;
+  std::unordered_map<std::uint64_t, Index> edge_numbers_;
+  std::vector<Use> uses_;
+  std::vector<Polygon> polygons_;
+  std::vector<Index> same_count_;  ///< union-find over edges that are opposite in a grid
+};
+
+}  // namespace radiosity

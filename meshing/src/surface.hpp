@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "polygon.hpp"
+#include "radiosity/meshing/make_patches.hpp"
+
+namespace radiosity {
+
+/// Polygons on their way from the scene's faces to patches.
+struct Surface {
+  std::vector<Vec3> points;
+  std::vector<Index> corners;
+  std::vector<Index> start{0};
+  std::vector<Index> face;      ///< per polygon: the scene's face it is (a piece of)
+  std::vector<Index> material;  ///< per polygon
+
+  Index count() const { return static_cast<Index>(face.size()); }
+  std::span<const Index> loop(Index polygon) const {
+    const auto first = at(start[at(polygon)]);
+    return std::span(corners).subspan(first, at(start[at(polygon) + 1]) - first);
+  }
+  void add(std::span<const Index> polygon_corners, Index of_face, Index of_material) {
+    corners.insert(corners.end(), polygon_corners.begin(), polygon_corners.end());
+    start.push_back(static_cast<Index>(corners.size()));
+    face.push_back(of_face);
+    material.push_back(of_material);
+  }
+  double diagonal() const;  ///< of the box round all corners
+};
+
+/// "face 3" or "faces 3, 7, 9 and 12 more".
+std::string name_faces(const std::vector<Index>& faces);
+
+/// Merges equal vertices, drops degenerate and duplicate faces, orients the others. Throws InputError when
+/// nothing is left.
+Surface repair(const Scene& scene, Repairs& repairs, std::vector<std::string>& warnings);
+
+/// Cuts the polygons that leave their mean plane into triangles.
+Surface split_non_planar(const Surface& surface);
+
+}  // namespace radiosity

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "app/program.hpp"
+
+namespace radiosity::testing {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+
+class Factors : public ProgramTest {
+ protected:
+  // Entries of a Matrix Market file, by (row, column) counted from 1.
+  std::map<std::pair<int, int>, double> matrix(const std::string& file) const {
+    std::istringstream stream(read(file));
+    std::string line;
+    while (std::getline(stream, line) && line.starts_with('%')) {
+    }
+    std::map<std::pair<int, int>, double> entries;
+    for (int i = 0, j = 0; stream >> i >> j;)
+      stream >> entries[{i, j}];
+    return entries;
+  }
+  // C-11: opposed unit squares at distance 1, F = 0.1998248957; no material, no lamp.
+  void write_squares() const {
+    write("squares.obj",
+          "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
+          "f 1 2 3 4\nf 5 8 7 6\n");
+  }
+};
+
+TEST_F(Factors, OfTwoOpposedSquares) {
+  write_squares();
+  const Outcome result =
+      run({"factors", "squares.obj", "-o", "F.mtx", "--patch-size", "none", "--report", "out.json"});
+  EXPECT_EQ(result.status, 0);
+  EXPECT_EQ(result.err, "");
+  EXPECT_THAT(read("F.mtx"), ::testing::StartsWith("%%MatrixMarket matrix coordinate real general\n"));
+  const auto f = matrix("F.mtx");
+  EXPECT_NEAR(f.at({1, 2}), 0.199824895698387, 1e-6);
+  EXPECT_NEAR(f.at({2, 1}), 0.199824895698387, 1e-6);
+  const json r = json::parse(read("out.json"));
+  EXPECT_EQ(r.at("scene").at("patches"), 2);
+  EXPECT_NEAR(r.at("form_factors").at("escaped_mean").get<double>(), 1 - 0.199824895698387, 1e-6);
+}
+
+TEST_F(Factors, OfPatchesAddUpToThoseOfTheirFaces) {
+  write_squares();
+  ASSERT_EQ(
+      run({"factors", "squares.obj", "-o", "F.mtx", "--patch-size", "0.5", "--method", "analytic"}).status,
+      0);
+  // F of the faces = Σ_i A_i Σ_j F_ij / A over the four patches i of one and j of the other.
+  double sum = 0;
+  for (const auto& [place, value] : matrix("F.mtx"))
+    if (place.first <= 4 && place.second > 4) sum += 0.25 * value;
+  EXPECT_NEAR(sum, 0.199824895698387, 1e-6);
+}
+
+TEST_F(Factors, AreLeftUnwrittenWhenInterrupted) {
+  write_cube();
+  const Outcome result = run({"factors", "cube.obj", "-o", "F.mtx", "--patch-size", "0.02", "--method",
+                              "hemisphere", "--samples", "65536"},
+                             "method ");
+  EXPECT_EQ(result.status, 3);
+  EXPECT_THAT(files(), ::testing::ElementsAre("cube.obj", "cube.toml"));
+}
+
+using Inspect = ProgramTest;
+
+TEST_F(Inspect, TellsWhatIsInTheScene) {
+  write_cube(0.25, 0.5, 0.75);
+  const Outcome result = run({"inspect", "cube.toml", "--patch-size", "0.25"});
+  EXPECT_EQ(result.status, 0);
+  EXPECT_EQ(result.err, "");
+  for (const char* fact :
+       {"6 faces", "8 vertices", "floor", "ceiling", "wall", "0.25", "0.75", "1 × 1 × 1 m", "96", "estimate",
+        "analytic", "hemisphere", "hemicube", "no patch can stand between"})
+    EXPECT_THAT(result.out, HasSubstr(fact));
+  EXPECT_THAT(files(), ::testing::ElementsAre("cube.obj", "cube.toml"));
+}
+
+TEST_F(Inspect, NeedsNeitherMaterialsNorALamp) {
+  write("dark.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  EXPECT_EQ(run({"inspect", "dark.obj"}).status, 0);
+}
+
+class ViewCommand : public ProgramTest {
+ protected:
+  // Width and height as the header of a PNG gives them, big-endian at byte 16.
+  static std::pair<unsigned, unsigned> png_size(const std::string& png) {
+    const auto number = [&](std::size_t at) {
+      unsigned value = 0;
+      for (std::size_t k = at; k < at + 4; ++k)
+        value = value << 8 | static_cast<unsigned char>(png.at(k));
+      return value;
+    };
+    return {number(16), number(20)};
+  }
+};
+
+TEST_F(ViewCommand, MakesAnImageOfASolvedFile) {
+  write_cube();
+  ASSERT_EQ(run({"solve", "cube.toml", "-o", "out.vtp", "--patch-size", "0.5"}).status, 0);
+  const Outcome result = run({"view", "out.vtp", "-o", "a.png", "--width", "40", "--height", "30"});
+  EXPECT_EQ(result.status, 0);
+  EXPECT_EQ(result.err, "");
+  EXPECT_THAT(read("a.png"), ::testing::StartsWith("\x89PNG"));
+  EXPECT_EQ(png_size(read("a.png")), std::pair(40U, 30U));
+}
+
+TEST_F(ViewCommand, SolvesASceneFirst) {
+  write_cube();
+  write("cube.toml", read("cube.toml") + "[patches]\nsize = 0.5\n");
+  EXPECT_EQ(run({"view", "cube.toml", "-o", "a.png", "--width", "40", "--height", "30"}).status, 0);
+  EXPECT_THAT(files(), ::testing::ElementsAre("a.png", "cube.obj", "cube.toml"));
+}
+
+TEST_F(ViewCommand, TakesTheCameraOfASceneFileAndOfFlags) {
+  write_cube();
+  ASSERT_EQ(run({"solve", "cube.toml", "-o", "out.vtp", "--patch-size", "0.5"}).status, 0);
+  write("camera.toml", read("cube.toml") +
+                           "[camera]\nposition = [0.5, 0.5, 0.5]\ntarget = [0.5, 0.5, 1]\n"
+                           "up = [0, 1, 0]\nvertical_fov_deg = 20\n");
+  const std::vector<std::string> common = {"view",     "out.vtp", "--width",    "16",
+                                           "--height", "16",      "--exposure", "0.5"};
+  const auto image = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), common.begin(), common.end());
+    arguments.insert(arguments.end(), {"-o", "a.png"});
+    EXPECT_EQ(run(arguments).status, 0);
+    return read("a.png");
+  };
+  const std::string up = image({"--scene", "camera.toml"});
+  const std::string by_flags = image({"--position", "0.5", "0.5", "0.5", "--target", "0.5", "0.5", "1",
+                                      "--up", "0", "1", "0", "--fov-deg", "20"});
+  const std::string down = image({"--scene", "camera.toml", "--target", "0.5", "0.5", "0"});
+  EXPECT_TRUE(up == by_flags);
+  EXPECT_FALSE(up == down);  // the lamp is above, the floor below
+}
+
+TEST_F(ViewCommand, TakesAMeshWithoutRadiosityForAScene) {
+  write("mesh.vtp", R"(<?xml version="1.0"?>
+<VTKFile type="PolyData" version="0.1" byte_order="LittleEndian">
+ <PolyData><Piece NumberOfPoints="3" NumberOfVerts="0" NumberOfLines="0" NumberOfStrips="0" NumberOfPolys="1">
+  <Points><DataArray type="Float64" NumberOfComponents="3" format="ascii">0 0 0 1 0 0 0 1 0</DataArray></Points>
+  <Polys><DataArray type="Int32" Name="connectivity" format="ascii">0 1 2</DataArray>
+   <DataArray type="Int32" Name="offsets" format="ascii">3</DataArray></Polys>
+  <CellData><DataArray type="Float64" Name="emission" format="ascii">1</DataArray></CellData>
+ </Piece></PolyData>
+</VTKFile>
+)");
+  const Outcome result = run({"view", "mesh.vtp", "-o", "a.png", "--width", "8", "--height", "8"});
+  EXPECT_EQ(result.status, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("solver"));
+}
+
+}  // namespace
+}  // namespace radiosity::testing

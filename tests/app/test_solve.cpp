@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gmock/gmock.h>
+
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "app/program.hpp"
+
+namespace radiosity::testing {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+using ::testing::IsSupersetOf;
+using ::testing::Not;
+
+class Solve : public ProgramTest {
+ protected:
+  SolvedMesh solved(const std::string& file = "out.vtp") const { return read_solution(folder() / file); }
+  json report() const { return json::parse(read("out.json")); }
+};
+
+// R10 on the 8 × 8 grid with constant elements and exact factors, evaluated by two other routes. F is held in
+// single precision (6e-8 a factor), so six digits are left after the reflections.
+TEST_F(Solve, GivesTheExactMeansOfTheUnitCube) {
+  write_cube();
+  const Outcome result = run({"solve", "cube.toml", "-o", "out.vtp", "--patch-size", "0.125", "--method",
+                              "analytic", "--tolerance", "1e-9"});
+  EXPECT_EQ(result.status, 0);
+  EXPECT_EQ(result.err, "");
+  const SolvedMesh mesh = solved();
+  EXPECT_EQ(mesh.mesh.patch_count(), 6 * 64);
+  EXPECT_NEAR(mean_radiosity(mesh, "floor"), 0.1713732235, 2e-6);
+  EXPECT_NEAR(mean_radiosity(mesh, "ceiling"), 1.1038446817, 2e-6);
+  EXPECT_NEAR(mean_radiosity(mesh, "wall"), 0.1811955237, 2e-6);
+}
+
+// R10 with other reflectances, in the limit of small patches. At 8 × 8 the first cube is off by 1.6e-4 (floor),
+// 5.2e-4 (ceiling) and 9e-5 (wall); reflectances of the same size leave errors of the same size.
+TEST_F(Solve, GivesTheMeansOfTheUnitCubeWithOtherReflectances) {
+  write_cube(0.2, 0.7, 0.5);
+  ASSERT_EQ(run({"solve", "cube.toml", "-o", "out.vtp", "--patch-size", "0.125"}).status, 0);
+  const SolvedMesh mesh = solved();
+  EXPECT_NEAR(mean_radiosity(mesh, "floor"), 0.06680166, 3e-4);
+  EXPECT_NEAR(mean_radiosity(mesh, "ceiling"), 1.1272218, 1e-3);
+  EXPECT_NEAR(mean_radiosity(mesh, "wall"), 0.1695674, 3e-4);
+}
+
+// R1: B = E / (1 − ρ) in a closed room of one material, whatever the method and the solver.
+TEST_F(Solve, GivesTheFurnaceByEveryMethodAndSolver) {
+  write_cube();
+  write("cube.toml",
+        "mesh = \"cube.obj\"\n[materials.floor]\nreflectance = 0.5\nemission = 1.0\n"
+        "[materials.ceiling]\nreflectance = 0.5\nemission = 1.0\n"
+        "[materials.wall]\nreflectance = 0.5\nemission = 1.0\n");
+  for (const char* method : {"analytic", "hemisphere", "hemicube"})
+    for (const char* solver : {"gauss-seidel", "jacobi", "progressive", "conjugate-gradient"}) {
+      SCOPED_TRACE(std::string(method) + " " + solver);
+      const Outcome result = run({"solve", "cube.toml", "-o", "out.vtp", "--patch-size", "0.5", "--method",
+                                  method, "--solver", solver, "--tolerance", "1e-7"});
+      EXPECT_EQ(result.status, 0) << result.err;
+      // Shooting by rows that are not symmetric moves energy between patches by the reciprocity error.
+      EXPECT_NEAR(mean_radiosity(solved(), "wall"), 2, std::string(solver) == "progressive" ? 0.1 : 1e-5);
+    }
+}
+
+TEST_F(Solve, SolvesReflectanceOneWhereEnergyCanEscape) {
+  write("open.obj",
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
+        "usemtl a\nf 1 2 3 4\nusemtl b\nf 5 8 7 6\n");
+  write("open.toml",
+        "mesh = \"open.obj\"\n[materials.a]\nreflectance = 1.0\nemission = 1.0\n"
+        "[materials.b]\nreflectance = 1.0\n");
+  ASSERT_EQ(
+      run({"solve", "open.toml", "-o", "out.vtp", "--patch-size", "none", "--tolerance", "1e-9"}).status, 0);
+  // Two opposed unit squares at distance 1, F = 0.1998248957 (C-11): B1 = 1/(1 − F²), B2 = F·B1.
+  constexpr double f = 0.199824895698387;
+  EXPECT_NEAR(mean_radiosity(solved(), "a"), 1 / (1 - f * f), 1e-6);
+  EXPECT_NEAR(mean_radiosity(solved(), "b"), f / (1 - f * f), 1e-6);
+}
+
+TEST_F(Solve, WritesTheStableNamesOfTheReport) {
+  write_cube();
+  ASSERT_EQ(
+      run({"solve", "cube.toml", "-o", "out.vtp", "--patch-size", "0.25", "--report", "out.json"}).status, 0);
+  const json r = report();
+  EXPECT_EQ(r.at("command"), "radiosity solve cube.toml -o out.vtp --patch-size 0.25 --report out.json");
+  EXPECT_FALSE(r.at("version").get<std::string>().empty());
+  EXPECT_EQ(r.at("converged"), true);
+  EXPECT_EQ(r.at("scene").at("file"), "cube.toml");
+  EXPECT_EQ(r.at("scene").at("surfaces"), 6);
+  EXPECT_EQ(r.at("scene").at("patches"), 6 * 16);
+  EXPECT_EQ(r.at("scene").at("bands"), 1);
+  EXPECT_NEAR(r.at("scene").at("area_m2").get<double>(), 6, 1e-12);
+  for (const char* name : {"bounds_m", "repairs", "warnings"})
+    EXPECT_TRUE(r.at("scene").contains(name)) << name;
+  EXPECT_EQ(r.at("modelled").at("bands"), 1);
+  EXPECT_EQ(r.at("modelled").at("occlusion"), false);
+  for (const char* name :
+       {"method", "parameters", "storage", "nonzeros", "bytes", "rays", "closure_error_max",
+        "closure_error_mean", "reciprocity_error_max", "escaped_mean"})
+    EXPECT_TRUE(r.at("form_factors").contains(name)) << name;
+  for (const char* name : {"name", "iterations", "residual", "tolerance", "history"})
+    EXPECT_TRUE(r.at("solver").contains(name)) << name;
+  EXPECT_NEAR(r.at("energy").at("emitted_w").at(0).get<double>(), 1, 1e-12);
+  EXPECT_NEAR(r.at("energy").at("absorbed_w").at(0).get<double>(), 1, 1e-5);
+  for (const char* name : {"escaped_w", "imbalance"})
+    EXPECT_TRUE(r.at("energy").contains(name)) << name;
+  for (const char* name : {"read", "mesh", "form_factors", "solve", "write", "total"})
+    EXPECT_TRUE(r.at("seconds").contains(name)) << name;
+  EXPECT_GT(r.at("peak_memory_bytes").get<double>(), 0);
+}
+
+TEST_F(Solve, FlagsOverrideTheSceneFile) {
+  write_cube();
+  write("cube.toml", read("cube.toml") +
+                         "[patches]\nsize = 0.5\n[form_factors]\nmethod = \"hemicube\"\n"
+                         "resolution = 32\n[solver]\nname = \"jacobi\"\ntolerance = 1e-3\n");
+  ASSERT_EQ(run({"solve", "cube.toml", "-o", "out.vtp", "--report", "out.json"}).status, 0);
+  json r = report();
+  EXPECT_EQ(r.at("scene").at("patches"), 6 * 4);
+  EXPECT_EQ(r.at("form_factors").at("method"), "hemicube");
+  EXPECT_EQ(r.at("form_factors").at("parameters").at("resolution"), 32);
+  EXPECT_EQ(r.at("solver").at("name"), "jacobi");
+  EXPECT_EQ(r.at("solver").at("tolerance"), 1e-3);
+
+  ASSERT_EQ(
+      run({"solve", "cube.toml", "-o", "out.vtp", "--report", "out.json", "--patch-size", "0.25", "--method",
+           "hemisphere", "--samples", "64", "--solver", "gauss-seidel", "--tolerance", "1e-4"})
+          .status,
+      0);
+  r = report();
+  EXPECT_EQ(r.at("scene").at("patches"), 6 * 16);
+  EXPECT_EQ(r.at("form_factors").at("method"), "hemisphere");
+  EXPECT_EQ(r.at("form_factors").at("parameters").at("samples"), 64);
+  EXPECT_EQ(r.at("solver").at("name"), "gauss-seidel");
+  EXPECT_EQ(r.at("solver").at("tolerance"), 1e-4);
+}
+
+TEST_F(Solve, SaysWhichMethodAutoChoseAndWhy) {
+  write_cube();
+  const Outcome result = run({"solve", "cube.toml", "-o", "out.vtp", "--patch-size", "0.5"});
+  EXPECT_THAT(result.out, HasSubstr("analytic"));
+  EXPECT_THAT(result.out, HasSubstr("chosen: "));
+}
+
+TEST_F(Solve, PrintsNothingWhenQuiet) {
+  write_cube();
+  const Outcome result = run({"solve", "cube.toml", "-o", "out.vtp", "--patch-size", "0.5", "--quiet"});
+  EXPECT_EQ(result.status, 0);
+  EXPECT_EQ(result.out + result.err, "");
+}
+
+TEST_F(Solve, NamesTheFilesThatItWrote) {
+  write_cube();
+  const Outcome result =
+      run({"solve", "cube.toml", "-o", "out.vtp", "--patch-size", "0.5", "--report", "out.json"});
+  EXPECT_THAT(result.out, HasSubstr("out.vtp"));
+  EXPECT_THAT(result.out, HasSubstr("out.json"));
+  EXPECT_THAT(files(), ::testing::ElementsAre("cube.obj", "cube.toml", "out.json", "out.vtp"));
+}
+
+TEST_F(Solve, SolvesGreyLightInOneBand) {
+  write_cube();
+  write("cube.toml",
+        "mesh = \"cube.obj\"\n[materials.floor]\nreflectance = [0.5, 0.5, 0.5]\n"
+        "[materials.ceiling]\nreflectance = 0.5\nemission = [1.0, 1.0, 1.0]\n"
+        "[materials.wall]\nreflectance = 0.5\n");
+  const Outcome result =
+      run({"solve", "cube.toml", "-o", "out.vtp", "--patch-size", "0.5", "--report", "out.json"});
+  ASSERT_EQ(result.status, 0);
+  EXPECT_EQ(solved().patch_radiosity.cols(), 1);
+  EXPECT_EQ(report().at("modelled").at("bands"), 1);
+  EXPECT_THAT(result.out, HasSubstr("so one was solved"));
+}
+
+TEST_F(Solve, KeepsThreeBandsOfColouredLight) {
+  write_cube();
+  write("cube.toml",
+        "mesh = \"cube.obj\"\n[materials.floor]\nreflectance = [0.5, 0.4, 0.5]\n"
+        "[materials.ceiling]\nreflectance = 0.5\nemission = [1.0, 1.0, 1.0]\n"
+        "[materials.wall]\nreflectance = 0.5\n");
+  ASSERT_EQ(run({"solve", "cube.toml", "-o", "out.vtp", "--patch-size", "0.5"}).status, 0);
+  EXPECT_EQ(solved().patch_radiosity.cols(), 3);
+}
+
+TEST_F(Solve, WritesWhatWasReachedWhenTheIterationsRunOut) {
+  write_cube();
+  const Outcome result = run({"solve", "cube.toml", "-o", "out.vtp", "--patch-size", "0.25", "--solver",
+                              "jacobi", "--max-iterations", "1", "--report", "out.json"});
+  EXPECT_EQ(result.status, 3);
+  EXPECT_EQ(result.err, "");
+  EXPECT_THAT(result.out, HasSubstr("not converged"));
+  EXPECT_EQ(report().at("converged"), false);
+  EXPECT_EQ(report().at("solver").at("iterations"), 1);
+  // One Jacobi step from B = E: B = E + ρFE, and the floor sees the ceiling with F = 0.1998248957 (C-11).
+  EXPECT_NEAR(mean_radiosity(solved(), "floor"), 0.5 * 0.199824895698387, 1e-5);
+}
+
+TEST_F(Solve, WritesEveryStepOfAGatheringSolver) {
+  write_cube();
+  ASSERT_EQ(run({"solve", "cube.toml", "-o", "out.vtp", "--patch-size", "0.5", "--solver", "jacobi",
+                 "--report", "out.json", "--series", "steps.pvd"})
+                .status,
+            0);
+  const auto iterations = report().at("solver").at("iterations").get<std::size_t>();
+  const std::string pvd = read("steps.pvd");
+  std::size_t steps = 0;
+  for (std::size_t at = pvd.find("<DataSet"); at != std::string::npos; at = pvd.find("<DataSet", at + 1))
+    ++steps;
+  EXPECT_EQ(steps, iterations + 1);  // and B = E
+  std::size_t vtps = 0;
+  for (const std::string& file : files())
+    vtps += file.starts_with("steps/") && file.ends_with(".vtp") ? 1U : 0U;
+  EXPECT_EQ(vtps, steps);
+}
+
+TEST_F(Solve, WritesShotsAtPowersOfTwoAndTheLast) {
+  write_cube();
+  ASSERT_EQ(run({"solve", "cube.toml", "-o", "out.vtp", "--patch-size", "0.5", "--solver", "progressive",
+                 "--max-iterations", "11", "--report", "out.json", "--series", "steps.pvd"})
+                .status,
+            3);
+  const std::string pvd = read("steps.pvd");
+  std::vector<int> times;
+  for (std::size_t at = pvd.find("timestep=\""); at != std::string::npos;
+       at = pvd.find("timestep=\"", at + 1))
+    times.push_back(std::atoi(pvd.c_str() + at + 10));
+  EXPECT_THAT(times, ::testing::ElementsAre(0, 1, 2, 4, 8, 11));
+}
+
+TEST_F(Solve, GivesTheSameBitsOnOneAndTwoThreads) {
+  write_cube(0.3, 0.6, 0.8);
+  for (const char* method : {"analytic", "hemisphere", "hemicube"}) {
+    for (const char* threads : {"1", "2"})
+      ASSERT_EQ(run({"solve", "cube.toml", "-o", std::string("out") + threads + ".vtp", "--patch-size", "0.2",
+                     "--method", method, "--threads", threads})
+                    .status,
+                0);
+    const SolvedMesh one = solved("out1.vtp"), two = solved("out2.vtp");
+    EXPECT_TRUE((one.patch_radiosity == two.patch_radiosity).all()) << method;
+    EXPECT_TRUE((one.vertex_radiosity == two.vertex_radiosity).all()) << method;
+  }
+}
+
+TEST_F(Solve, LeavesRowsAsTheyAreWithoutClosure) {
+  write_cube();
+  const std::vector<std::string> arguments = {"solve",        "cube.toml", "-o",           "out.vtp",
+                                              "--report",     "out.json",  "--method",     "hemicube",
+                                              "--resolution", "8",         "--patch-size", "0.25"};
+  ASSERT_EQ(run(arguments).status, 0);
+  const double closed = report().at("form_factors").at("reciprocity_error_max");
+  std::vector<std::string> open = arguments;
+  open.emplace_back("--no-closure");
+  const int status = run(open).status;
+  EXPECT_TRUE(status == 0 || status == 3);  // conjugate gradients want a symmetric system
+  const double left = report().at("form_factors").at("reciprocity_error_max");
+  // Eight cells along an edge see 4 × 4 patches a side with errors of some per cent.
+  EXPECT_GT(left, 1e-3);
+  EXPECT_LT(closed, left / 10);
+}
+
+// The cube is cut so finely, and sampled so often, that its form factors take minutes; the signal comes as they
+// begin.
+TEST_F(Solve, WritesTheEmissionWhenInterruptedDuringFormFactors) {
+  write_cube();
+  const Outcome result = run({"solve", "cube.toml", "-o", "out.vtp", "--patch-size", "0.02", "--method",
+                              "hemisphere", "--samples", "65536", "--report", "out.json"},
+                             "method ");
+  EXPECT_EQ(result.status, 3);
+  EXPECT_EQ(result.err, "");
+  EXPECT_THAT(result.out, HasSubstr("nothing was exchanged yet"));
+  EXPECT_EQ(report().at("converged"), false);
+  EXPECT_EQ(mean_radiosity(solved(), "ceiling"), 1);
+  EXPECT_EQ(mean_radiosity(solved(), "floor"), 0);
+}
+
+// At ρ = 0.999999 Jacobi needs some ten million passes.
+TEST_F(Solve, WritesWhatWasReachedWhenInterruptedDuringTheSolve) {
+  write_cube(0.999999, 0.999999, 0.999999);
+  const Outcome result =
+      run({"solve", "cube.toml", "-o", "out.vtp", "--patch-size", "0.1", "--method", "analytic", "--solver",
+           "jacobi", "--max-iterations", "2000000000", "--report", "out.json"},
+          "closed: nothing escapes");
+  EXPECT_EQ(result.status, 3);
+  EXPECT_EQ(result.err, "");
+  EXPECT_EQ(report().at("converged"), false);
+  EXPECT_GT(report().at("solver").at("iterations").get<int>(), 0);
+  EXPECT_GT(mean_radiosity(solved(), "floor"), 0);
+}
+
+TEST_F(Solve, SolvesTheCornellBox) {
+  const std::filesystem::path box =
+      RADIOSITY_SOURCE_DIR "/../shared/scenes/cornell-box-original/CornellBox-Original.obj";
+  if (!std::filesystem::exists(box)) GTEST_SKIP() << box << " is absent";
+  const Outcome result =
+      run({"solve", box.string(), "-o", "out.vtp", "--patch-size", "0.2", "--report", "out.json"});
+  EXPECT_EQ(result.status, 0) << result.err;
+  const json r = report();
+  EXPECT_EQ(r.at("scene").at("bands"), 3);
+  for (std::size_t band = 0; band < 3; ++band)
+    EXPECT_NEAR(r.at("energy").at("imbalance").at(band).get<double>(), 0, 1e-4);
+  EXPECT_GT(solved().patch_radiosity.minCoeff(), -1e-9);
+}
+
+}  // namespace
+}  // namespace radiosity::testing

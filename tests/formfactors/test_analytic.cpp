@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The analytic method against closed forms and tabulated values, in convex scenes, where it is exact.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "support/closed_forms.hpp"
+#include "support/method_setup.hpp"
+#include "support/scenes.hpp"
+
+namespace radiosity::test {
+namespace {
+
+using std::numbers::pi;
+
+Eigen::MatrixXd factors(const PatchMesh& mesh) {
+  const MethodSetup setup(mesh, find_form_factor_method("analytic"));
+  EXPECT_TRUE(setup.visibility.convex());
+  EXPECT_TRUE(setup.method->exact());
+  const Eigen::MatrixXd f = setup.raw().f;
+  EXPECT_EQ(setup.method->rays(), 0u);
+  return f;
+}
+
+/// F from patch 0 to patch 1, after a check of reciprocity.
+double factor(const PatchMesh& mesh) {
+  const Eigen::MatrixXd f = factors(mesh);
+  EXPECT_NEAR(mesh.area(0) * f(0, 1), mesh.area(1) * f(1, 0), 1e-12 * mesh.area(0) * f(0, 1));
+  return f(0, 1);
+}
+
+PatchMesh opposed(double a, double b, double c) {
+  const Vec3 x = a * Vec3::UnitX(), y = b * Vec3::UnitY();
+  return MeshBuilder().grid({0, 0, 0}, x, y, 1, 1).grid({0, 0, c}, y, x, 1, 1).build();
+}
+
+#define EXPECT_RELATIVE(actual, expected, tolerance) \
+  EXPECT_NEAR(actual, expected, (tolerance)*std::abs(expected))
+
+TEST(Analytic, GivesOpposedRectangles) {
+  EXPECT_RELATIVE(factor(opposed(1, 1, 1)), 0.199824895698387, 1e-7);
+  EXPECT_RELATIVE(factor(opposed(1, 1, 0.5)), 0.415253283577147, 1e-7);
+  EXPECT_RELATIVE(factor(opposed(1, 1, 2)), 0.0685895888185524, 1e-7);
+  EXPECT_RELATIVE(factor(opposed(2, 3, 1)), 0.475576436532953, 1e-7);
+  EXPECT_RELATIVE(factor(opposed(1, 4, 0.1)), 0.885262904902343, 1e-6);
+  EXPECT_RELATIVE(factor(opposed(10, 10, 1)), 0.826994522397257, 1e-7);
+  EXPECT_RELATIVE(factor(opposed(0.01, 0.02, 0.7)), opposed_rectangles(0.01, 0.02, 0.7), 1e-6);
+}
+
+TEST(Analytic, FadesWithTheSquareOfALargeDistance) {
+  // At distance d ≫ 1 unit squares exchange 1/(πd²) (1 − O(1/d²)).
+  for (const double d : {1e3, 1e5})
+    EXPECT_RELATIVE(factor(opposed(1, 1, d)), 1 / (pi * d * d), 2 / (d * d) + 1e-6);
+}
+
+TEST(Analytic, GivesRectanglesThatShareAnEdge) {
+  const auto bent = [](double l, double w, double h, double angle) {
+    return factor(rectangles_sharing_an_edge(l, w, h, angle));
+  };
+  EXPECT_RELATIVE(bent(1, 1, 1, pi / 2), 0.200043776075403, 1e-6);
+  EXPECT_RELATIVE(bent(1, 1, 2, pi / 2), 0.232852602795362, 1e-6);
+  EXPECT_RELATIVE(bent(1, 0.5, 3, pi / 2), 0.319608956264445, 1e-6);
+  EXPECT_RELATIVE(bent(2, 1, 1, pi / 2), 0.240636006176962, 1e-6);
+  EXPECT_RELATIVE(bent(1, 1, 1, pi / 3), 0.370905321150051, 1e-6);
+  EXPECT_RELATIVE(bent(1, 1, 1, 2 * pi / 3), 0.0866150011182761, 1e-6);
+}
+
+TEST(Analytic, GivesRectanglesThatTouchOverPartOfAnEdgeOrAtACorner) {
+  // Factor algebra: a floor [0, 2] × [0, 1] and a wall over [0, 2] are two unit squares each, 1 and 2 on the
+  // floor and 1', 2' on the wall. F from 1 to 2' is what the whole gives beyond the halves:
+  //   2 F(whole) = 2 (F_11' + F_12'),  and a wall over [0, 1] alone takes (F_11' + F_12')/2 from the floor.
+  const Vec3 x = Vec3::UnitX(), y = Vec3::UnitY(), z = Vec3::UnitZ();
+  const double whole = perpendicular_rectangles(2, 1, 1), half = perpendicular_rectangles(1, 1, 1);
+  EXPECT_RELATIVE(factor(MeshBuilder().grid({0, 0, 0}, x, y, 1, 1).grid({1, 0, 0}, z, x, 1, 1).build()),
+                  whole - half, 1e-6);
+  EXPECT_RELATIVE(factor(MeshBuilder().grid({0, 0, 0}, 2 * x, y, 1, 1).grid({0, 0, 0}, z, x, 1, 1).build()),
+                  whole / 2, 1e-6);
+}
+
+TEST(Analytic, GivesOffsetSquares) {
+  const Vec3 x = Vec3::UnitX(), y = Vec3::UnitY();
+  EXPECT_RELATIVE(factor(MeshBuilder().grid({0, 0, 0}, x, y, 1, 1).grid({2, 0, 1}, y, x, 1, 1).build()),
+                  0.0152754500880168, 1e-6);
+}
+
+TEST(Analytic, GivesTrianglesInGeneralPosition) {
+  const std::vector<Vec3> low{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  const PatchMesh near =
+      MeshBuilder().polygon(low).polygon({{0.5, 0.25, 1}, {0.25, 1.5, 1.5}, {1.5, 0.5, 1.25}}).build();
+  EXPECT_RELATIVE(factor(near), 0.06708247813394, 1e-6);
+  const PatchMesh far =
+      MeshBuilder().polygon(low).polygon({{4, 3, 5}, {4.1, 3.3, 4.9}, {4.2, 3.1, 5}}).build();
+  EXPECT_RELATIVE(factor(far), 9.654689677e-5, 1e-6);
+}
+
+TEST(Analytic, GivesAThirdBetweenFacesOfATetrahedron) {
+  Eigen::MatrixXd expected = Eigen::MatrixXd::Constant(4, 4, 1.0 / 3);
+  expected.diagonal().setZero();
+  EXPECT_LT((factors(tetrahedron()) - expected).cwiseAbs().maxCoeff(), 1e-6);
+}
+
+TEST(Analytic, ClosesTheRowsOfASubdividedCube) {
+  const Eigen::MatrixXd f = factors(cube_room(6));
+  EXPECT_LT((f.rowwise().sum().array() - 1).abs().maxCoeff(), 1e-6);
+}
+
+TEST(Analytic, AddsUpToTheWholeWhenPatchesAreCut) {
+  const PatchMesh whole = rectangles_sharing_an_edge(1, 1, 1, pi / 2);
+  const Vec3 x = Vec3::UnitX(), y = Vec3::UnitY(), z = Vec3::UnitZ();
+  const PatchMesh cut = MeshBuilder().grid({0, 0, 0}, x, y, 3, 2).grid({0, 0, 0}, z, x, 4, 5).build();
+  const Eigen::MatrixXd f = factors(cut);
+  double sum = 0;
+  for (Index i = 0; i < 6; ++i)
+    sum += cut.area(i) * f.row(i).segment(6, 20).sum();
+  EXPECT_RELATIVE(sum, factor(whole), 1e-6);
+}
+
+TEST(Analytic, StaysAccurateAtNarrowGaps) {
+  EXPECT_RELATIVE(factor(opposed_squares(0.1)), opposed_rectangles(1, 1, 0.1), 1e-6);
+  EXPECT_RELATIVE(factor(opposed_squares(1e-3)), 0.998005631908, 1e-6);
+  const double touching = factor(opposed_squares(1e-6));
+  EXPECT_GE(touching, 0.99);
+  EXPECT_LE(touching, 1);
+}
+
+TEST(Analytic, StaysAccurateInThinWedges) {
+  // Two equal rectangles, long along the common edge, that open by the angle α: for the infinitely long wedge
+  // F = 1 − sin(α/2) (crossed strings); the ends of one of length L take of the order of 1/L more.
+  const double angle = 0.02;
+  const double f = factor(rectangles_sharing_an_edge(1000, 1, 1, angle));
+  EXPECT_NEAR(f, 1 - std::sin(angle / 2), 1e-4);
+}
+
+TEST(Analytic, TendsToDisksAndToACylinder) {
+  // Regular n-gons inscribed in the circles: the error falls as 1/n², so (4 F_2n − F_n)/3 leaves 1/n⁴ of it,
+  // about 20/n⁴ for circles of ordinary proportions.
+  const auto ring = [](double r, double z, int n, bool up) {
+    std::vector<Vec3> corners;
+    for (int k = 0; k < n; ++k) {
+      const double angle = (up ? 2 : -2) * pi * k / n;
+      corners.emplace_back(r * std::cos(angle), r * std::sin(angle), z);
+    }
+    return corners;
+  };
+  const auto disks = [&](int n) {
+    return factor(MeshBuilder().polygon(ring(1, 0, n, true)).polygon(ring(0.6, 0.8, n, false)).build());
+  };
+  EXPECT_NEAR((4 * disks(32) - disks(16)) / 3, coaxial_disks(1, 0.6, 0.8), 20 / std::pow(16, 4));
+
+  const auto cylinder = [&](int n) {
+    MeshBuilder side;
+    const std::vector<Vec3> base = ring(1, 0, n, true);
+    for (std::size_t k = 0; k < base.size(); ++k) {
+      const Vec3 &a = base[k], &b = base[(k + 1) % base.size()], up = 1.5 * Vec3::UnitZ();
+      side.polygon({b, a, a + up, b + up});
+    }
+    return factors(side.build()).row(0).sum();
+  };
+  EXPECT_NEAR((4 * cylinder(32) - cylinder(16)) / 3, cylinder_side_to_itself(1, 1.5), 20 / std::pow(16, 4));
+}
+
+TEST(Analytic, TendsToTheAreaRuleInsideASphere) {
+  // F_ij = A_j / (4πR²), whatever i. Halving the facets quarters the part of a row that differs (facets of a
+  // fixed number of neighbours, each a quarter of the size); a gain of 2.5 is asked for.
+  const auto error = [](int subdivisions) {
+    const PatchMesh ball = MeshBuilder().sphere({1, 2, 3}, 2, subdivisions, Facing::inward).build();
+    const Eigen::MatrixXd f = factors(ball);
+    double sum = 0;
+    for (Index i = 0; i < ball.patch_count(); ++i)
+      for (Index j = 0; j < ball.patch_count(); ++j)
+        sum += ball.area(i) * std::abs(f(i, j) - inside_sphere(ball.area(j), 2));
+    return sum / ball.areas().sum();
+  };
+  const double coarse = error(0), medium = error(1), fine = error(2);
+  EXPECT_LT(medium, coarse / 2.5);
+  EXPECT_LT(fine, medium / 2.5);
+}
+
+}  // namespace
+}  // namespace radiosity::test

@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "radiosity/formfactors/assemble.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "radiosity/formfactors/threads.hpp"
+#include "radiosity/meshing/error.hpp"
+#include "radiosity/meshing/make_patches.hpp"
+#include "support/brute_force.hpp"
+#include "support/method_setup.hpp"
+#include "support/scenes.hpp"
+
+namespace radiosity::test {
+namespace {
+
+struct Assembled {
+  AssemblyReport report;
+  FormFactorMatrix matrix;
+  Eigen::MatrixXd f;  ///< with the diagonal remainder
+};
+
+Assembled assembled(const MethodSetup& setup, const AssemblyOptions& options = {}) {
+  AssemblyReport report;
+  FormFactorMatrix matrix = assemble(*setup.method, setup.visibility, options, &report);
+  Eigen::MatrixXd f = as_dense(matrix);
+  return {std::move(report), std::move(matrix), std::move(f)};
+}
+
+AssemblyOptions unclosed() {
+  AssemblyOptions options;
+  options.close = false;
+  return options;
+}
+
+double largest_closure_error(const Assembled& a) {
+  double largest = 0;
+  for (Index i = 0; i < a.matrix.size(); ++i)
+    largest = std::max(largest, std::abs(a.f.row(i).sum() - (1 - a.matrix.escaped(i))));
+  return largest;
+}
+
+class Assembly : public testing::TestWithParam<const FormFactorMethodInfo*> {
+ protected:
+  const FormFactorMethodInfo& info() const { return *GetParam(); }
+};
+
+INSTANTIATE_TEST_SUITE_P(All, Assembly, testing::ValuesIn(pointers(form_factor_methods())),
+                         test_name<FormFactorMethodInfo>);
+
+TEST_P(Assembly, ClosesClosedScenesWithoutBreakingReciprocity) {
+  const MeshBuilder ball = MeshBuilder().sphere(Vec3::Zero(), 1, 1, Facing::inward);
+  for (const PatchMesh& mesh :
+       {cube_room(4), tetrahedron(), room_with_floating_box(3, 2), two_rooms(1), ball.build(),
+        concentric_spheres(0, 1, grey("inner", 0.5, 1), grey("outer", 0.5, 0)),
+        room_with_triangle_soup(2, 4, 5)}) {
+    const MethodSetup setup(mesh, info());
+    const Assembled a = assembled(setup);
+    EXPECT_TRUE(a.report.completed);
+    EXPECT_TRUE(a.report.closed_scene);
+    EXPECT_EQ(a.report.blind_patches, 0);
+    EXPECT_LT((a.f.rowwise().sum().array() - 1).abs().maxCoeff(), 1e-6);
+    EXPECT_LT(reciprocity_error(a.f, mesh.areas()), 1e-6);
+    EXPECT_GE(a.f.minCoeff(), -1e-6);
+    // The diagonal takes what scaling leaves, and that is little.
+    for (Index i = 0; i < setup.size(); ++i) {
+      EXPECT_LT(std::abs(a.matrix.row(i).diagonal), 1e-3) << "row " << i;
+      EXPECT_EQ(a.matrix(i, i), 0) << "row " << i;
+    }
+    EXPECT_NEAR(a.report.escaped_mean, 0, 1e-9);
+  }
+}
+
+TEST_P(Assembly, ReportsTheErrorsThatTheMatrixShows) {
+  const MethodSetup setup(room_with_floating_box(3, 1), info());
+  const Assembled raw = assembled(setup, unclosed()), closed = assembled(setup);
+  EXPECT_FALSE(raw.report.closed_rows);
+  EXPECT_TRUE(closed.report.closed_rows);
+  EXPECT_NEAR(raw.report.before.reciprocity_error_max, reciprocity_error(raw.f, setup.mesh.areas()), 1e-5);
+  EXPECT_EQ(raw.report.after.reciprocity_error_max, raw.report.before.reciprocity_error_max);
+  EXPECT_EQ(raw.report.after.closure_error_max, raw.report.before.closure_error_max);
+  EXPECT_NEAR(closed.report.before.reciprocity_error_max, raw.report.before.reciprocity_error_max, 1e-5);
+  EXPECT_NEAR(closed.report.before.closure_error_max, raw.report.before.closure_error_max, 1e-5);
+  EXPECT_LE(closed.report.after.reciprocity_error_max, 1e-6);
+  EXPECT_LE(closed.report.after.closure_error_max, 1e-6);
+  EXPECT_LE(largest_closure_error(closed), 1e-6);
+  EXPECT_LE(closed.report.before.closure_error_mean, closed.report.before.closure_error_max);
+  // Raw rows of these scenes break one of the two.
+  EXPECT_GT(std::max(raw.report.before.reciprocity_error_max, raw.report.before.closure_error_max), 1e-6);
+}
+
+TEST_P(Assembly, ChangesEntriesByNoMoreThanTheirErrors) {
+  const MethodSetup setup(room_with_floating_box(2, 1), info());
+  const Eigen::MatrixXd closed = assembled(setup).f;
+  for (const Index i : {0, 9, 26}) {
+    for (Index j = 0; j < setup.size(); ++j) {
+      if (i == j) continue;
+      const double exact = brute_force_form_factor(setup.mesh, i, j, 1e-5);
+      EXPECT_NEAR(closed(i, j), exact, 2 * setup.tolerance(i, j, exact) + 2e-4)
+          << "from " << i << " to " << j;
+      if (setup.mesh.surface(i) == setup.mesh.surface(j)) {
+        EXPECT_EQ(closed(i, j), 0);
+      }
+    }
+  }
+}
+
+TEST_P(Assembly, KeepsWhatEscapesFromOpenScenes) {
+  const MethodSetup setup(opposed_squares_with_screen(3, 0.5), info());
+  const Assembled a = assembled(setup);
+  EXPECT_FALSE(a.report.closed_scene);
+  EXPECT_LE(largest_closure_error(a), 1e-6);
+  EXPECT_LT(reciprocity_error(a.f, setup.mesh.areas()), 1e-6);
+  double mean = 0;
+  for (Index i = 0; i < setup.size(); ++i)
+    mean += setup.mesh.area(i) * a.matrix.escaped(i) / setup.mesh.areas().sum();
+  EXPECT_NEAR(a.report.escaped_mean, mean, 1e-6);
+  // The middle of the lower square: 1 − Σ_j F_ij by brute force.
+  double exact = 0, tolerance = 1e-4;
+  for (Index j = 0; j < setup.size(); ++j) {
+    const double f = brute_force_form_factor(setup.mesh, 4, j, 1e-5);
+    exact += f;
+    tolerance += setup.tolerance(4, j, f);
+  }
+  EXPECT_NEAR(1 - a.matrix.escaped(4), exact, tolerance);
+}
+
+TEST_P(Assembly, LeavesExactFactorsAlone) {
+  const MethodSetup setup(cube_room(3), info());
+  if (!setup.method->exact()) GTEST_SKIP() << "not exact in any scene";
+  const Assembled a = assembled(setup);
+  EXPECT_TRUE(setup.visibility.convex());
+  EXPECT_EQ(a.report.rays, 0u);
+  EXPECT_FALSE(a.report.closed_rows);
+  EXPECT_TRUE(a.report.closed_scene);
+  EXPECT_EQ(a.report.before.closure_error_max, a.report.after.closure_error_max);
+  const Eigen::MatrixXd raw = setup.raw().f;
+  EXPECT_LT((a.f - raw).cwiseAbs().maxCoeff(), 1e-6);
+}
+
+TEST_P(Assembly, StoresRawRowsWhereClosingIsOff) {
+  const MethodSetup setup(two_rooms(1), info());
+  const Assembled a = assembled(setup, unclosed());
+  const Eigen::MatrixXd raw = setup.raw().f;
+  for (Index i = 0; i < setup.size(); ++i)
+    for (Index j = 0; j < setup.size(); ++j)
+      EXPECT_NEAR(a.matrix(i, j), raw(i, j), 1e-6 * raw(i, j) + 1e-12) << "from " << i << " to " << j;
+}
+
+TEST_P(Assembly, GivesTheSameBitsWithAnyNumberOfThreads) {
+  const auto with = [&](int threads) {
+    const ThreadLimit limit(threads);
+    const MethodSetup setup(two_rooms(2), info(), setting_of(info(), 64));
+    return assembled(setup);
+  };
+  const Assembled one = with(1), four = with(4);
+  EXPECT_EQ(one.f, four.f);
+  EXPECT_EQ(one.report.before.closure_error_mean, four.report.before.closure_error_mean);
+  EXPECT_EQ(one.report.after.reciprocity_error_max, four.report.after.reciprocity_error_max);
+  EXPECT_EQ(one.report.rays, four.report.rays);
+}
+
+TEST_P(Assembly, TellsTheFractionDone) {
+  const MethodSetup setup(cube_room(10), info(), setting_of(info(), 16));
+  std::vector<double> fractions;
+  AssemblyOptions options;
+  options.progress = [&](double fraction) {
+    fractions.push_back(fraction);
+    return true;
+  };
+  EXPECT_TRUE(assembled(setup, options).report.completed);
+  ASSERT_FALSE(fractions.empty());
+  EXPECT_GE(fractions.front(), 0);
+  EXPECT_LE(fractions.back(), 1);
+  EXPECT_TRUE(std::is_sorted(fractions.begin(), fractions.end()));
+}
+
+TEST_P(Assembly, StopsWhenAskedTo) {
+  const MethodSetup setup(cube_room(10), info(), setting_of(info(), 16));
+  int calls = 0;
+  AssemblyOptions options;
+  options.progress = [&](double) {
+    ++calls;
+    return false;
+  };
+  const Assembled a = assembled(setup, options);
+  EXPECT_FALSE(a.report.completed);
+  EXPECT_EQ(a.matrix.size(), setup.size());
+  EXPECT_GE(calls, 1);
+  int empty = 0;
+  for (Index i = 0; i < setup.size(); ++i)
+    empty += a.f.row(i).cwiseAbs().sum() == 0;
+  EXPECT_GT(empty, 0);
+}
+
+TEST_P(Assembly, RefusesToExceedTheMemoryLimitAndSaysWhatWouldFit) {
+  const MethodSetup setup(cube_room(6), info(), setting_of(info(), 16));
+  AssemblyOptions options;
+  options.memory_limit_bytes = 2000;
+  try {
+    assembled(setup, options);
+    FAIL() << "no error";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("216"));
+    EXPECT_THAT(error.what(), testing::HasSubstr("patches"));
+  }
+  options.memory_limit_bytes = 100'000'000;
+  EXPECT_TRUE(assembled(setup, options).report.completed);
+}
+
+TEST_P(Assembly, GivesRowsOnDemandThatAreTheStoredOnesScaled) {
+  for (const PatchMesh& mesh : {two_rooms(1), opposed_squares_with_screen(2, 0.5)}) {
+    const MethodSetup setup(mesh, info());
+    const Assembled stored = assembled(setup, unclosed());
+    const RowsOnDemand on_demand(*setup.method, setup.visibility);
+    EXPECT_EQ(on_demand.size(), setup.size());
+    EXPECT_FALSE(on_demand.stored());
+    const Eigen::MatrixXd f = as_dense(on_demand);
+    for (Index i = 0; i < setup.size(); ++i) {
+      const double sum = f.row(i).sum(), raw_sum = stored.f.row(i).sum();
+      EXPECT_NEAR(sum, 1 - on_demand.escaped(i), 1e-6) << "row " << i;
+      ASSERT_GT(raw_sum, 0);
+      EXPECT_NEAR(on_demand.escaped(i), stored.matrix.escaped(i), 1e-6) << "row " << i;
+      EXPECT_LT((f.row(i) - stored.f.row(i) * (sum / raw_sum)).cwiseAbs().maxCoeff(), 1e-6) << "row " << i;
+    }
+  }
+}
+
+TEST_P(Assembly, ClosesARoomWithABoxOnTheFloor) {
+  // The box's bottom and the floor beneath it see nothing; everything else sees a closed room.
+  const Patches patches = make_patches(box_on_floor(), PatchSize{0.26});
+  const PatchMesh& mesh = patches.mesh;
+  const MethodSetup setup(mesh, info());
+  const Assembled a = assembled(setup);
+  Index blind = 0;
+  for (Index i = 0; i < mesh.patch_count(); ++i) {
+    const Vec3& c = mesh.centroid(i);
+    const bool covered = c.z() < 1e-9 && std::abs(c.x() - 0.5) < 1.0 / 6 && std::abs(c.y() - 0.5) < 1.0 / 6;
+    blind += covered;
+    EXPECT_NEAR(a.f.row(i).sum(), covered ? 0 : 1, 1e-6) << "patch at " << c.transpose();
+  }
+  EXPECT_GT(blind, 0);
+  EXPECT_EQ(a.report.blind_patches, blind);
+  EXPECT_LT(reciprocity_error(a.f, mesh.areas()), 1e-6);
+}
+
+TEST_P(Assembly, ReportsPatchesThatSeeNothing) {
+  const Vec3 x = Vec3::UnitX(), y = Vec3::UnitY();
+  const MethodSetup setup(MeshBuilder().grid({0, 0, 0}, x, y, 1, 1).grid({0, 0, -1}, y, x, 2, 1).build(),
+                          info());
+  const Assembled a = assembled(setup);
+  EXPECT_EQ(a.report.blind_patches, 3);
+  EXPECT_EQ(a.f.cwiseAbs().maxCoeff(), 0);
+  EXPECT_DOUBLE_EQ(a.matrix.escaped(0), 1);
+  EXPECT_FALSE(a.report.warnings.empty());
+}
+
+}  // namespace
+}  // namespace radiosity::test

@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "files.hpp"
+#include "radiosity/io/read_scene.hpp"
+
+namespace radiosity::test {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+/// A 2 × 1 floor and a 1 × 1 lamp, defined in the MTL, beside the scene file under test.
+class SceneFileTest : public testing::Test {
+ protected:
+  SceneFileTest() {
+    directory_.write("mesh/room.mtl", "newmtl floor\nKd 0.3 0.4 0.5\nnewmtl lamp\nKd 0 0 0\nKe 1 2 3\n");
+    directory_.write(
+        "mesh/room.obj",
+        "mtllib room.mtl\nv 0 0 0\nv 2 0 0\nv 2 0 -1\nv 0 0 -1\nv 0 1 0\nv 0 1 -1\nv 1 1 -1\nv 1 1 0\n"
+        "usemtl floor\nf 1 2 3 4\nusemtl lamp\nf 5 6 7 8\n");
+  }
+
+  /// The scene file holds `text` from its line 2 on.
+  std::filesystem::path file(const std::string& text) const {
+    return directory_.write("scene.toml", "mesh = \"mesh/room.obj\"\n" + text);
+  }
+  LoadedScene read(const std::string& text) const { return read_scene(file(text)); }
+  template <class Exception = InputError>
+  std::string error(const std::string& text) const {
+    const auto scene = file(text);
+    std::string message = message_of<Exception>([&] { read_scene(scene); });
+    EXPECT_THAT(message, StartsWith(scene.string()));
+    return message.substr((directory_.path().string() + "/").size());
+  }
+
+  TemporaryDirectory directory_;
+};
+
+TEST_F(SceneFileTest, WithOnlyAMeshKeepsWhatTheMeshSays) {
+  const LoadedScene loaded = read("");
+  EXPECT_EQ(loaded.mesh_file, directory_ / "mesh/room.obj");
+  EXPECT_TRUE((loaded.scene.materials()[0].reflectance == rgb(0.3, 0.4, 0.5)).all());
+  EXPECT_TRUE((loaded.scene.materials()[1].emission == rgb(1, 2, 3)).all());
+  const SceneSettings& settings = loaded.settings;
+  EXPECT_FALSE(settings.patches || settings.method || settings.samples || settings.resolution ||
+               settings.seed || settings.solver || settings.tolerance || settings.max_iterations ||
+               settings.camera);
+}
+
+TEST_F(SceneFileTest, ReadsEveryKey) {
+  const LoadedScene loaded = read(R"(units = "cm"
+[materials.floor]
+reflectance = [0.7, 0.68, 0.6]
+sides = "both"
+[materials.lamp]
+emission = [17, 12.5, 4.0]
+[patches]
+size = 0.1
+[form_factors]
+method = "hemisphere"
+samples = 1024
+resolution = 256
+seed = 7
+[solver]
+name = "gauss-seidel"
+tolerance = 1e-6
+max_iterations = 50
+[camera]
+position = [0, 1, 3.9]
+target = [0, 1, 0]
+up = [0, 0, 1]
+vertical_fov_deg = 35
+)");
+  const Scene& scene = loaded.scene;
+  EXPECT_DOUBLE_EQ(scene.upper().x(), 0.02);
+  EXPECT_TRUE((scene.materials()[0].reflectance == rgb(0.7, 0.68, 0.6)).all());
+  EXPECT_EQ(scene.materials()[0].sides, Sides::both);
+  EXPECT_TRUE((scene.materials()[1].emission == rgb(17, 12.5, 4)).all());
+  EXPECT_EQ(scene.materials()[1].sides, Sides::front);
+  const SceneSettings& settings = loaded.settings;
+  ASSERT_TRUE(settings.patches && settings.camera);
+  EXPECT_EQ(std::get<PatchSize>(*settings.patches).metres, 0.1);
+  EXPECT_EQ(settings.method, "hemisphere");
+  EXPECT_EQ(settings.samples, 1024);
+  EXPECT_EQ(settings.resolution, 256);
+  EXPECT_EQ(settings.seed, 7U);
+  EXPECT_EQ(settings.solver, "gauss-seidel");
+  EXPECT_EQ(settings.tolerance, 1e-6);
+  EXPECT_EQ(settings.max_iterations, 50);
+  EXPECT_EQ(settings.camera->position, Vec3(0, 1, 3.9));
+  EXPECT_EQ(settings.camera->target, Vec3(0, 1, 0));
+  EXPECT_EQ(settings.camera->up, Vec3(0, 0, 1));
+  EXPECT_EQ(settings.camera->vertical_fov_deg, 35);
+}
+
+TEST_F(SceneFileTest, ConvertsEveryUnitToMetres) {
+  for (const auto& [unit, metres] :
+       {std::pair{"m", 1.0}, {"cm", 0.01}, {"mm", 0.001}, {"in", 0.0254}, {"ft", 0.3048}})
+    EXPECT_DOUBLE_EQ(read(std::string("units = \"") + unit + "\"\n").scene.upper().x(), 2 * metres) << unit;
+  EXPECT_THAT(error("units = \"yd\"\n"), StartsWith("scene.toml:2: units = \"yd\" must be \"m\", \"cm\""));
+}
+
+TEST_F(SceneFileTest, SpreadsPowerOverTheAreaOfTheMaterial) {
+  // 2 m × 1 m in units of 1 cm: 2e-4 m².
+  const LoadedScene front = read("units = \"cm\"\n[materials.floor]\npower = [2.0, 4.0, 6.0]\n");
+  EXPECT_TRUE(front.scene.materials()[0].emission.isApprox(rgb(1e4, 2e4, 3e4), 1e-12));
+  const LoadedScene both = read("[materials.floor]\npower = 8\nsides = \"both\"\n");
+  EXPECT_TRUE(both.scene.materials()[0].emission.isApprox(rgb(2, 2, 2), 1e-12));
+}
+
+TEST_F(SceneFileTest, ASingleNumberHoldsForAllBands) {
+  const LoadedScene loaded = read("[materials.lamp]\nemission = 5\n");
+  EXPECT_EQ(loaded.scene.bands(), 3);
+  EXPECT_TRUE((loaded.scene.materials()[1].emission == rgb(5, 5, 5)).all());
+}
+
+TEST_F(SceneFileTest, TakesItsBandsFromItselfWhereItReplacesAllOfTheMesh) {
+  EXPECT_EQ(read("[materials.floor]\nreflectance = 0.5\nemission = 0\n[materials.lamp]\nreflectance = 0\n"
+                 "emission = 5\n")
+                .scene.bands(),
+            1);
+  EXPECT_EQ(read("[materials.floor]\nreflectance = [0.1, 0.2, 0.3, 0.4]\n"
+                 "[materials.lamp]\nreflectance = 0\nemission = 5\n")
+                .scene.bands(),
+            4);
+}
+
+TEST_F(SceneFileTest, RejectsArraysOfDifferentLengths) {
+  EXPECT_THAT(error("[materials.lamp]\nreflectance = 0\nemission = [1, 2]\n"),
+              AllOf(HasSubstr("scene.toml:4"), HasSubstr("emission of material 'lamp' has 2 values"),
+                    HasSubstr("reflectance of material 'floor' has 3")));
+}
+
+TEST_F(SceneFileTest, RejectsUnknownKeysNamingTheNearest) {
+  EXPECT_THAT(error("unit = \"m\"\n"),
+              StartsWith("scene.toml:2: unknown key 'unit'; the nearest known key is 'units'"));
+  EXPECT_THAT(
+      error("[materials.floor]\nreflectence = 0.5\n"),
+      StartsWith("scene.toml:3: unknown key 'reflectence' in [materials.floor]; the nearest known key is "
+                 "'reflectance'"));
+  EXPECT_THAT(error("[patches]\nsizes = 1\n"), HasSubstr("'size'"));
+  EXPECT_THAT(error("[form_factors]\nsample = 1\n"), HasSubstr("'samples'"));
+  EXPECT_THAT(error("[solver]\ntolerence = 1\n"), HasSubstr("'tolerance'"));
+  EXPECT_THAT(error("[camera]\npos = [0,0,0]\n"), HasSubstr("'position'"));
+}
+
+TEST_F(SceneFileTest, RejectsAMaterialThatTheMeshDoesNotHave) {
+  EXPECT_THAT(error("\n[materials.flor]\nreflectance = 0.5\n"),
+              AllOf(StartsWith("scene.toml:3:"), HasSubstr("'flor'"), HasSubstr("'floor'")));
+}
+
+TEST_F(SceneFileTest, DefinesMaterialsThatTheMeshOnlyNames) {
+  directory_.write(
+      "bare.obj", "mtllib gone.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl wall\nf 1 2 3\nusemtl lamp\nf 1 3 2\n");
+  const auto good = directory_.write("good.toml",
+                                     "mesh = \"bare.obj\"\n[materials.wall]\nreflectance = 0.5\n"
+                                     "[materials.lamp]\nemission = 3\n");
+  const LoadedScene loaded = read_scene(good);
+  EXPECT_EQ(loaded.scene.materials()[0].reflectance[0], 0.5);
+  EXPECT_EQ(loaded.scene.materials()[0].emission[0], 0);
+  EXPECT_EQ(loaded.scene.materials()[1].reflectance[0], 0);
+  EXPECT_EQ(loaded.scene.materials()[1].emission[0], 3);
+  EXPECT_THAT(loaded.warnings, testing::ElementsAre(HasSubstr("'gone.mtl'")));
+
+  const auto bad = directory_.write("bad.toml", "mesh = \"bare.obj\"\n[materials.wall]\nreflectance = 0.5\n");
+  EXPECT_THAT(message_of<InputError>([&] { read_scene(bad); }),
+              AllOf(HasSubstr("bare.obj:7: face 2 uses material 'lamp'"), HasSubstr("bad.toml is 'wall'")));
+}
+
+TEST_F(SceneFileTest, RejectsValuesOutOfRangeNamingLineMaterialValueAndRule) {
+  EXPECT_THAT(error("[materials.floor]\nreflectance = 1.2\n"),
+              StartsWith("scene.toml:3: material 'floor': reflectance 1.2 is outside [0, 1]"));
+  EXPECT_THAT(error("[materials.floor]\nreflectance = [0.1,\n -0.5, 0.1]\n"),
+              StartsWith("scene.toml:4: material 'floor': reflectance -0.5 in band 1 is outside [0, 1]"));
+  EXPECT_THAT(error("[materials.floor]\nreflectance = nan\n"), HasSubstr("nan is outside [0, 1]"));
+  EXPECT_THAT(error("[materials.lamp]\nemission = -1\n"),
+              StartsWith("scene.toml:3: material 'lamp': emission -1 is negative or not finite"));
+  EXPECT_THAT(error("[materials.lamp]\npower = inf\n"), HasSubstr("power inf is negative or not finite"));
+  EXPECT_THAT(error("[materials.lamp]\nemission = []\n"), HasSubstr("emission has no numbers"));
+  EXPECT_THAT(error("[patches]\nsize = 0\n"),
+              StartsWith("scene.toml:3: [patches] size = 0: must be positive"));
+  EXPECT_THAT(error("[form_factors]\nsamples = 0\n"), StartsWith("scene.toml:3: [form_factors] samples = 0"));
+  EXPECT_THAT(error("[form_factors]\nsamples = 3000000000\n"), HasSubstr("samples = 3000000000"));
+  EXPECT_THAT(error("[form_factors]\nseed = -1\n"), HasSubstr("seed = -1"));
+  EXPECT_THAT(error("[solver]\ntolerance = 0.0\n"), HasSubstr("tolerance = 0"));
+  EXPECT_THAT(error("[camera]\nposition = [0,0,0]\ntarget = [0,0,1]\nvertical_fov_deg = 180\n"),
+              StartsWith("scene.toml:5: [camera] vertical_fov_deg = 180: must be between 0 and 180"));
+}
+
+TEST_F(SceneFileTest, RejectsWrongTypesNamingKeyLineAndWhatWasExpected) {
+  EXPECT_THAT(error("units = 3\n"), StartsWith("scene.toml:2: units is an integer, but must be a string"));
+  EXPECT_THAT(error("materials = 3\n"),
+              StartsWith("scene.toml:2: materials is an integer, but must be a table"));
+  EXPECT_THAT(error("[materials]\nfloor = 0.5\n"), StartsWith("scene.toml:3: [materials] floor is a number"));
+  EXPECT_THAT(
+      error("[materials.floor]\nreflectance = \"grey\"\n"),
+      StartsWith(
+          "scene.toml:3: [materials.floor] reflectance is a string, but must be a number or an array"));
+  EXPECT_THAT(error("[materials.floor]\nreflectance = [0.1, true]\n"), HasSubstr("is a boolean"));
+  EXPECT_THAT(error("[materials.floor]\nsides = \"back\"\n"),
+              StartsWith("scene.toml:3: material 'floor': sides = \"back\" must be \"front\" or \"both\""));
+  EXPECT_THAT(error("[patches]\nsize = true\n"),
+              HasSubstr("must be a number of metres, \"none\" or \"auto\""));
+  EXPECT_THAT(error("[patches]\nsize = \"fine\"\n"), HasSubstr("size = \"fine\""));
+  EXPECT_THAT(error("[form_factors]\nsamples = 10.5\n"),
+              HasSubstr("samples is a number, but must be an integer"));
+  EXPECT_THAT(error("[camera]\nposition = [0, 1]\ntarget = [0,0,0]\n"),
+              StartsWith("scene.toml:3: [camera] position must be an array of three finite numbers"));
+  EXPECT_THAT(error("[camera]\nposition = [0, 1, 2]\n"),
+              StartsWith("scene.toml:2: [camera] needs the key 'target'"));
+}
+
+TEST_F(SceneFileTest, RejectsEmissionTogetherWithPower) {
+  EXPECT_THAT(error("[materials.lamp]\nemission = 1\npower = 2\n"),
+              AllOf(StartsWith("scene.toml:4: material 'lamp'"), HasSubstr("exclude each other")));
+}
+
+TEST_F(SceneFileTest, ReadsThePatchSizesThatAreWords) {
+  EXPECT_TRUE(std::holds_alternative<KeepFaces>(*read("[patches]\nsize = \"none\"\n").settings.patches));
+  EXPECT_TRUE(std::holds_alternative<AutoPatches>(*read("[patches]\nsize = \"auto\"\n").settings.patches));
+}
+
+TEST_F(SceneFileTest, SaysWhereItIsNotToml) {
+  EXPECT_THAT(error<IoError>("[solver\n"), StartsWith("scene.toml:2: is not TOML"));
+}
+
+TEST_F(SceneFileTest, NeedsAMeshThatIsThere) {
+  const auto none = directory_.write("none.toml", "units = \"m\"\n");
+  EXPECT_EQ(message_of<InputError>([&] { read_scene(none); }),
+            none.string() + ": the key 'mesh' is missing: mesh = \"FILE\"");
+  const auto gone = directory_.write("gone.toml", "mesh = \"gone.obj\"\n");
+  EXPECT_EQ(message_of<IoError>([&] { read_scene(gone); }),
+            (directory_ / "gone.obj").string() + ": no such file");
+  const auto self = directory_.write("self.toml", "mesh = \"self.toml\"\n");
+  EXPECT_THAT(message_of<InputError>([&] { read_scene(self); }), StartsWith(self.string()));
+}
+
+TEST_F(SceneFileTest, AMeshThatEmitsNothingSaysHowToAddALamp) {
+  const auto file = directory_.write("dark.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  const LoadedScene loaded = read_scene(file);
+  EXPECT_THAT(message_of<InputError>([&] { require_emission(loaded.scene, file); }),
+              AllOf(StartsWith(file.string()), HasSubstr("Ke "), HasSubstr("[materials.default]"),
+                    HasSubstr("emission ="), HasSubstr("power =")));
+  EXPECT_NO_THROW(require_emission(read("").scene, "x"));
+}
+
+}  // namespace
+}  // namespace radiosity::test

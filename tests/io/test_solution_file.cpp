@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <vtkCellData.h>
+#include <vtkDoubleArray.h>
+#include <vtkFieldData.h>
+#include <vtkIntArray.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPolyData.h>
+#include <vtkSmartPointer.h>
+#include <vtkStringArray.h>
+#include <vtkUnsignedCharArray.h>
+#include <vtkXMLDataElement.h>
+#include <vtkXMLPolyDataReader.h>
+#include <vtkXMLPolyDataWriter.h>
+#include <vtkXMLUtilities.h>
+
+#include "files.hpp"
+#include "radiosity/io/image.hpp"
+#include "radiosity/io/read_scene.hpp"
+#include "radiosity/io/solution_file.hpp"
+
+namespace radiosity::test {
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+/// A triangle, a quad and a pentagon that stand apart, of two materials and two bands.
+PatchMesh three_patches() {
+  PatchMesh::Arrays arrays;
+  const auto add = [&](const std::vector<Vec3>& loop, Index surface, Index material_number) {
+    for (const Vec3& x : loop) {
+      arrays.corners.push_back(static_cast<Index>(arrays.vertices.size()));
+      arrays.vertices.push_back(x);
+    }
+    arrays.patch_start.push_back(static_cast<Index>(arrays.corners.size()));
+    arrays.patch_surface.push_back(surface);
+    arrays.patch_material.push_back(material_number);
+  };
+  add({{0, 0, 0.1}, {1, 0, 0.1}, {0, 1.0 / 3, 0.1}}, 4, 1);
+  add({{0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}}, 4, 0);
+  add({{5, 0, 2}, {6, 0, 2}, {7, 1, 2}, {6, 2, 2}, {5, 1, 2}}, 9, 1);
+  arrays.materials = {material("lamp", Eigen::Array2d(0, 0.1), Eigen::Array2d(100, 1.0 / 7)),
+                      material("white wall", Eigen::Array2d(0.7, 0.6), Eigen::Array2d(0, 0))};
+  return PatchMesh(std::move(arrays));
+}
+
+Solution made_up_solution(const PatchMesh& mesh) {
+  Solution solution;
+  solution.radiosity = BandArray(mesh.patch_count(), 2);
+  solution.irradiance = BandArray(mesh.patch_count(), 2);
+  solution.vertex_radiosity = BandArray(mesh.vertex_count(), 2);
+  for (Index i = 0; i < mesh.patch_count(); ++i)
+    for (Index b = 0; b < 2; ++b) {
+      solution.radiosity(i, b) = (i + 1) / 3.0 + b;
+      solution.irradiance(i, b) = (i + 1) / 7.0 + b;
+    }
+  for (Index v = 0; v < mesh.vertex_count(); ++v)
+    for (Index b = 0; b < 2; ++b)
+      solution.vertex_radiosity(v, b) = v / 11.0 + b;
+  solution.report.residual = 2.5e-7;
+  return solution;
+}
+
+const Provenance kProvenance{"1.2", "radiosity solve \"a b.obj\" & more", "analytic", "jacobi", false};
+
+vtkSmartPointer<vtkPolyData> read_vtp(const std::filesystem::path& file) {
+  vtkNew<vtkXMLPolyDataReader> reader;
+  reader->SetFileName(file.c_str());
+  reader->Update();
+  return reader->GetOutput();
+}
+
+template <class Array>
+Array* array(vtkFieldData* data, const char* name) {
+  auto* const result = Array::SafeDownCast(data->GetAbstractArray(name));
+  EXPECT_NE(result, nullptr) << name;
+  return result;
+}
+
+void expect_equal(vtkFieldData* data, const char* name, const BandArray& values) {
+  auto* const found = array<vtkDoubleArray>(data, name);
+  ASSERT_NE(found, nullptr);
+  ASSERT_EQ(found->GetNumberOfTuples(), values.rows());
+  ASSERT_EQ(found->GetNumberOfComponents(), values.cols());
+  for (Eigen::Index i = 0; i < values.rows(); ++i)
+    for (Eigen::Index b = 0; b < values.cols(); ++b)
+      EXPECT_EQ(found->GetComponent(i, static_cast<int>(b)), values(i, b)) << name;
+}
+
+TEST(WriteSolution, WritesEveryArrayThatWasPromised) {
+  const TemporaryDirectory directory;
+  const PatchMesh mesh = three_patches();
+  const Solution solution = made_up_solution(mesh);
+  write_solution(directory / "out.vtp", mesh, solution, kProvenance, 0.25);
+  EXPECT_EQ(directory.entries(), 1);
+  const auto data = read_vtp(directory / "out.vtp");
+  ASSERT_EQ(data->GetNumberOfPolys(), 3);
+  ASSERT_EQ(data->GetNumberOfPoints(), 12);
+  EXPECT_EQ(data->GetPoints()->GetDataType(), VTK_DOUBLE);
+
+  vtkFieldData* const cells = data->GetCellData();
+  EXPECT_EQ(cells->GetNumberOfArrays(), 7);
+  expect_equal(cells, "radiosity", solution.radiosity);
+  expect_equal(cells, "irradiance", solution.irradiance);
+  expect_equal(cells, "emission", mesh.emission());
+  expect_equal(cells, "reflectance", mesh.reflectance());
+  expect_equal(cells, "area", mesh.areas());
+  const auto* const surface = array<vtkIntArray>(cells, "surface");
+  const auto* const number = array<vtkIntArray>(cells, "material");
+  for (Index i = 0; i < 3; ++i) {
+    EXPECT_EQ(surface->GetValue(i), mesh.surface(i));
+    EXPECT_EQ(number->GetValue(i), mesh.material(i));
+  }
+
+  vtkFieldData* const points = data->GetPointData();
+  EXPECT_EQ(points->GetNumberOfArrays(), 2);
+  expect_equal(points, "radiosity", solution.vertex_radiosity);
+  auto* const rgb_bytes = array<vtkUnsignedCharArray>(points, "display_rgb");
+  ASSERT_EQ(rgb_bytes->GetNumberOfComponents(), 3);
+  const auto expected = tone_map(solution.vertex_radiosity, 0.25);
+  for (Index v = 0; v < mesh.vertex_count(); ++v)
+    for (int k = 0; k < 3; ++k)
+      EXPECT_EQ(rgb_bytes->GetTypedComponent(v, k),
+                expected[static_cast<std::size_t>(v)][static_cast<std::size_t>(k)]);
+
+  vtkFieldData* const fields = data->GetFieldData();
+  const auto text = [&](const char* name, vtkIdType k = 0) {
+    return array<vtkStringArray>(fields, name)->GetValue(k);
+  };
+  EXPECT_EQ(text("version"), "1.2");
+  EXPECT_EQ(text("command"), kProvenance.command);
+  EXPECT_EQ(text("method"), "analytic");
+  EXPECT_EQ(text("solver"), "jacobi");
+  EXPECT_EQ(text("units"), "W/m2; m");
+  EXPECT_EQ(text("material_names", 0), "lamp");
+  EXPECT_EQ(text("material_names", 1), "white wall");
+  EXPECT_EQ(array<vtkIntArray>(fields, "converged")->GetValue(0), 0);
+  EXPECT_EQ(array<vtkDoubleArray>(fields, "residual")->GetValue(0), 2.5e-7);
+  EXPECT_EQ(array<vtkDoubleArray>(fields, "exposure")->GetValue(0), 0.25);
+}
+
+TEST(ReadSolution, GivesBackEveryBit) {
+  const TemporaryDirectory directory;
+  const PatchMesh mesh = three_patches();
+  const Solution solution = made_up_solution(mesh);
+  write_solution(directory / "out.vtp", mesh, solution, kProvenance, 1.0 / 3);
+  const SolvedMesh solved = read_solution(directory / "out.vtp");
+  EXPECT_EQ(solved.mesh.vertices(), mesh.vertices());
+  ASSERT_EQ(solved.mesh.patch_count(), mesh.patch_count());
+  for (Index i = 0; i < mesh.patch_count(); ++i) {
+    EXPECT_TRUE(std::ranges::equal(solved.mesh.corners(i), mesh.corners(i)));
+    EXPECT_EQ(solved.mesh.surface(i), mesh.surface(i));
+    EXPECT_EQ(solved.mesh.material(i), mesh.material(i));
+    EXPECT_EQ(solved.mesh.material_of(i).name, mesh.material_of(i).name);
+  }
+  EXPECT_TRUE((solved.mesh.reflectance() == mesh.reflectance()).all());
+  EXPECT_TRUE((solved.mesh.emission() == mesh.emission()).all());
+  EXPECT_TRUE((solved.patch_radiosity == solution.radiosity).all());
+  EXPECT_TRUE((solved.vertex_radiosity == solution.vertex_radiosity).all());
+  EXPECT_EQ(solved.exposure, 1.0 / 3);
+}
+
+TEST(ReadSolution, WhatItWritesIsAlsoAScene) {
+  const TemporaryDirectory directory;
+  const PatchMesh mesh = three_patches();
+  write_solution(directory / "out.vtp", mesh, made_up_solution(mesh), kProvenance, 1);
+  const LoadedScene loaded = read_scene(directory / "out.vtp");
+  ASSERT_EQ(loaded.scene.face_count(), 3);
+  EXPECT_EQ(loaded.scene.materials()[0].name, "white wall");  // the first patch's
+  EXPECT_TRUE((loaded.scene.materials()[1].emission == mesh.materials()[0].emission).all());
+}
+
+TEST(ReadSolution, NamesWhatAForeignFileLacks) {
+  const TemporaryDirectory directory;
+  const PatchMesh mesh = three_patches();
+  write_solution(directory / "out.vtp", mesh, made_up_solution(mesh), kProvenance, 1);
+  for (const char* name : {"radiosity", "reflectance", "emission", "surface", "material"}) {
+    const auto data = read_vtp(directory / "out.vtp");
+    data->GetCellData()->RemoveArray(name);
+    const auto file = directory / "foreign.vtp";
+    vtkNew<vtkXMLPolyDataWriter> writer;
+    writer->SetFileName(file.c_str());
+    writer->SetInputData(data);
+    writer->Write();
+    EXPECT_EQ(message_of<IoError>([&] { read_solution(file); }),
+              file.string() + ": is not a solved scene: it has no cell array '" + name + "'");
+  }
+}
+
+TEST(ReadSolution, ADamagedFileIsAnErrorAndPrintsNothing) {
+  const TemporaryDirectory directory;
+  const PatchMesh mesh = three_patches();
+  write_solution(directory / "out.vtp", mesh, made_up_solution(mesh), kProvenance, 1);
+  const std::string whole = read_text(directory / "out.vtp");
+  for (const std::size_t size :
+       {whole.size() - 20, whole.size() * 3 / 4, whole.size() / 4, std::size_t{30}}) {
+    const auto file = directory.write("cut.vtp", whole.substr(0, size));
+    EXPECT_THAT(message_of<IoError>([&] { read_solution(file); }), StartsWith(file.string())) << size;
+  }
+  EXPECT_THAT(message_of<IoError>([&] { read_solution(directory / "none.vtp"); }), HasSubstr("no such file"));
+}
+
+TEST(WriteSolution, NamesAFileThatCannotBeWrittenAndPrintsNothing) {
+  const TemporaryDirectory directory;
+  const PatchMesh mesh = three_patches();
+  const auto file = directory / "none/out.vtp";
+  EXPECT_THAT(
+      message_of<IoError>([&] { write_solution(file, mesh, made_up_solution(mesh), kProvenance, 1); }),
+      AllOf(StartsWith(file.string()), HasSubstr("cannot be written")));
+}
+
+TEST(WriteSolution, RejectsArraysOfAnotherMesh) {
+  const TemporaryDirectory directory;
+  const PatchMesh mesh = three_patches();
+  Solution solution = made_up_solution(mesh);
+  solution.irradiance.conservativeResize(2, 2);
+  EXPECT_THAT(
+      message_of<InputError>([&] { write_solution(directory / "a.vtp", mesh, solution, kProvenance, 1); }),
+      HasSubstr("irradiance has 2 rows"));
+}
+
+TEST(SolutionSeries, WritesOneFilePerStepAndAListOfThem) {
+  const TemporaryDirectory directory;
+  const PatchMesh mesh = three_patches();
+  const BandArray first = made_up_solution(mesh).radiosity, second = 2 * first;
+  const auto file = directory / "a&b.pvd";
+  SolutionSeries series(file, mesh);
+  series.add(0, first, 0.5);
+  EXPECT_FALSE(std::filesystem::exists(file));
+  series.add(2.5, second, 99);
+  series.finish();
+
+  const vtkSmartPointer<vtkXMLDataElement> root =
+      vtkSmartPointer<vtkXMLDataElement>::Take(vtkXMLUtilities::ReadElementFromFile(file.c_str()));
+  ASSERT_NE(root, nullptr);
+  EXPECT_STREQ(root->GetName(), "VTKFile");
+  EXPECT_STREQ(root->GetAttribute("type"), "Collection");
+  auto* const collection = root->FindNestedElementWithName("Collection");
+  ASSERT_NE(collection, nullptr);
+  ASSERT_EQ(collection->GetNumberOfNestedElements(), 2);
+  const auto attribute = [&](int step, const char* name) {
+    return std::string(collection->GetNestedElement(step)->GetAttribute(name));
+  };
+  EXPECT_EQ(std::stod(attribute(0, "timestep")), 0);
+  EXPECT_EQ(std::stod(attribute(1, "timestep")), 2.5);
+  EXPECT_EQ(attribute(0, "file"), "a&b/a&b_0000.vtp");
+  EXPECT_EQ(attribute(1, "file"), "a&b/a&b_0001.vtp");
+
+  const auto data = read_vtp(directory / attribute(1, "file"));
+  expect_equal(data->GetCellData(), "radiosity", second);
+  const BandArray at_vertices = vertex_values(mesh, second);
+  expect_equal(data->GetPointData(), "radiosity", at_vertices);
+  // The exposure of the first step holds for all.
+  auto* const rgb_bytes = array<vtkUnsignedCharArray>(data->GetPointData(), "display_rgb");
+  const auto expected = tone_map(at_vertices, 0.5);
+  for (Index v = 0; v < mesh.vertex_count(); ++v)
+    EXPECT_EQ(rgb_bytes->GetTypedComponent(v, 0), expected[static_cast<std::size_t>(v)][0]);
+}
+
+}  // namespace
+}  // namespace radiosity::test

@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "support/scenes.hpp"
+
+#include <cmath>
+#include <map>
+
+namespace radiosity::test {
+
+namespace {
+
+PatchMesh::Arrays arrays_of(const PatchMesh& mesh) {
+  PatchMesh::Arrays arrays;
+  arrays.vertices = mesh.vertices();
+  arrays.materials = mesh.materials();
+  for (Index i = 0; i < mesh.patch_count(); ++i) {
+    const auto corners = mesh.corners(i);
+    arrays.corners.insert(arrays.corners.end(), corners.begin(), corners.end());
+    arrays.patch_start.push_back(static_cast<Index>(arrays.corners.size()));
+    arrays.patch_surface.push_back(mesh.surface(i));
+    arrays.patch_material.push_back(mesh.material(i));
+  }
+  return arrays;
+}
+
+}  // namespace
+
+Material grey(std::string name, double reflectance, double emission) {
+  return {std::move(name), BandValues::Constant(1, reflectance), BandValues::Constant(1, emission)};
+}
+
+double uniform(std::mt19937_64& random) {
+  return std::ldexp(static_cast<double>(random() >> 11), -53);
+}
+
+MeshBuilder::MeshBuilder() {
+  arrays_.materials.push_back(grey("surface", 0.5, 1));
+}
+
+MeshBuilder& MeshBuilder::use_material(Material material) {
+  if (arrays_.patch_material.empty()) arrays_.materials.clear();
+  material_ = static_cast<Index>(arrays_.materials.size());
+  arrays_.materials.push_back(std::move(material));
+  return *this;
+}
+
+void MeshBuilder::add_patch(std::initializer_list<Index> corners) {
+  arrays_.corners.insert(arrays_.corners.end(), corners);
+  arrays_.patch_start.push_back(static_cast<Index>(arrays_.corners.size()));
+  arrays_.patch_surface.push_back(surface_);
+  arrays_.patch_material.push_back(material_);
+}
+
+MeshBuilder& MeshBuilder::grid(const Vec3& origin, const Vec3& u, const Vec3& v, Index nu, Index nv) {
+  const auto first = static_cast<Index>(arrays_.vertices.size());
+  for (Index b = 0; b <= nv; ++b)
+    for (Index a = 0; a <= nu; ++a)
+      arrays_.vertices.push_back(origin + u * (static_cast<double>(a) / nu) +
+                                 v * (static_cast<double>(b) / nv));
+  for (Index b = 0; b < nv; ++b)
+    for (Index a = 0; a < nu; ++a) {
+      const Index corner = first + b * (nu + 1) + a;
+      add_patch({corner, corner + 1, corner + nu + 2, corner + nu + 1});
+    }
+  next_surface();
+  return *this;
+}
+
+MeshBuilder& MeshBuilder::polygon(const std::vector<Vec3>& corners) {
+  const auto first = static_cast<Index>(arrays_.vertices.size());
+  arrays_.vertices.insert(arrays_.vertices.end(), corners.begin(), corners.end());
+  for (Index k = 0; k < static_cast<Index>(corners.size()); ++k)
+    arrays_.corners.push_back(first + k);
+  add_patch({});
+  next_surface();
+  return *this;
+}
+
+MeshBuilder& MeshBuilder::box(const Vec3& lower, const Vec3& upper, Index n, Facing facing) {
+  const Vec3 size = upper - lower;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vec3 u = Vec3::Unit((axis + 1) % 3) * size[(axis + 1) % 3];
+    const Vec3 v = Vec3::Unit((axis + 2) % 3) * size[(axis + 2) % 3];  // u × v points along +axis
+    const Vec3 far = lower + Vec3::Unit(axis) * size[axis];
+    if (facing == Facing::inward)
+      grid(lower, u, v, n, n).grid(far, v, u, n, n);
+    else
+      grid(lower, v, u, n, n).grid(far, u, v, n, n);
+  }
+  return *this;
+}
+
+MeshBuilder& MeshBuilder::sphere(const Vec3& centre, double radius, int subdivisions, Facing facing) {
+  const double t = (1 + std::sqrt(5.0)) / 2;
+  std::vector<Vec3> points{{-1, t, 0},  {1, t, 0},  {-1, -t, 0}, {1, -t, 0}, {0, -1, t},  {0, 1, t},
+                           {0, -1, -t}, {0, 1, -t}, {t, 0, -1},  {t, 0, 1},  {-t, 0, -1}, {-t, 0, 1}};
+  for (Vec3& p : points)
+    p.normalize();
+  std::vector<std::array<Index, 3>> faces{{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11},
+                                          {1, 5, 9},  {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
+                                          {3, 9, 4},  {3, 4, 2},  {3, 2, 6},   {3, 6, 8},  {3, 8, 9},
+                                          {4, 9, 5},  {2, 4, 11}, {6, 2, 10},  {8, 6, 7},  {9, 8, 1}};
+  for (int s = 0; s < subdivisions; ++s) {
+    std::map<std::pair<Index, Index>, Index> middles;
+    const auto middle = [&](Index a, Index b) {
+      const auto [at, fresh] = middles.try_emplace(std::minmax(a, b), static_cast<Index>(points.size()));
+      if (fresh)
+        points.push_back(
+            (points[static_cast<std::size_t>(a)] + points[static_cast<std::size_t>(b)]).normalized());
+      return at->second;
+    };
+    std::vector<std::array<Index, 3>> finer;
+    for (const auto& [a, b, c] : faces) {
+      const Index ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
+      finer.insert(finer.end(), {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}});
+    }
+    faces = std::move(finer);
+  }
+  const auto first = static_cast<Index>(arrays_.vertices.size());
+  for (const Vec3& p : points)
+    arrays_.vertices.push_back(centre + radius * p);
+  for (const auto& [a, b, c] : faces) {
+    if (facing == Facing::outward)
+      add_patch({first + a, first + b, first + c});
+    else
+      add_patch({first + a, first + c, first + b});
+  }
+  next_surface();
+  return *this;
+}
+
+PatchMesh cube_room(Index n) {
+  return MeshBuilder().box({0, 0, 0}, {1, 1, 1}, n, Facing::inward).build();
+}
+
+PatchMesh room_with_floating_box(Index n, Index m) {
+  return MeshBuilder()
+      .box({0, 0, 0}, {1, 1, 1}, n, Facing::inward)
+      .box({0.3, 0.3, 0.4}, {0.6, 0.65, 0.7}, m, Facing::outward)
+      .build();
+}
+
+PatchMesh opposed_squares(double gap, Index n) {
+  const Vec3 x = Vec3::UnitX(), y = Vec3::UnitY();
+  return MeshBuilder().grid({0, 0, 0}, x, y, n, n).grid({0, 0, gap}, y, x, n, n).build();
+}
+
+PatchMesh opposed_squares_with_screen(Index n, double side, Index m) {
+  const Vec3 x = Vec3::UnitX(), y = Vec3::UnitY(), corner(0.5 - side / 2, 0.5 - side / 2, 0.5);
+  return MeshBuilder()
+      .grid({0, 0, 0}, x, y, n, n)
+      .grid({0, 0, 1}, y, x, n, n)
+      .grid(corner, side * x, side * y, m, m)
+      .grid(corner, side * y, side * x, m, m)
+      .build();
+}
+
+PatchMesh rectangles_sharing_an_edge(double l, double w, double h, double angle) {
+  const Vec3 x = Vec3::UnitX() * l, up(0, std::cos(angle) * h, std::sin(angle) * h);
+  return MeshBuilder().grid({0, 0, 0}, x, Vec3::UnitY() * w, 1, 1).grid({0, 0, 0}, up, x, 1, 1).build();
+}
+
+PatchMesh tetrahedron() {
+  const Vec3 a(1, 1, 1), b(1, -1, -1), c(-1, 1, -1), d(-1, -1, 1);
+  return MeshBuilder().polygon({a, c, b}).polygon({a, b, d}).polygon({a, d, c}).polygon({b, c, d}).build();
+}
+
+PatchMesh concentric_spheres(int inner_subdivisions, int outer_subdivisions, const Material& inner,
+                             const Material& outer) {
+  return MeshBuilder()
+      .use_material(inner)
+      .sphere(Vec3::Zero(), 1, inner_subdivisions, Facing::outward)
+      .use_material(outer)
+      .sphere(Vec3::Zero(), 2, outer_subdivisions, Facing::inward)
+      .build();
+}
+
+PatchMesh two_rooms(Index k) {
+  const Vec3 x = Vec3::UnitX(), y = Vec3::UnitY(), z = Vec3::UnitZ();
+  const Index n = 3 * k;
+  MeshBuilder room;
+  room.grid({0, 0, 0}, y, z, n, n)
+      .grid({2, 0, 0}, z, y, n, n)
+      .grid({0, 0, 0}, z, 2 * x, n, 2 * n)
+      .grid({0, 1, 0}, 2 * x, z, 2 * n, n)
+      .grid({0, 0, 0}, 2 * x, y, 2 * n, n)
+      .grid({0, 0, 1}, y, 2 * x, n, 2 * n);
+  const auto wall = [&](double y0, double z0, double dy, double dz, Index ny, Index nz) {
+    room.grid({1, y0, z0}, dy * y, dz * z, ny, nz).grid({1, y0, z0}, dz * z, dy * y, nz, ny);
+  };
+  wall(0, 0, 1.0 / 3, 1, k, n);
+  wall(2.0 / 3, 0, 1.0 / 3, 1, k, n);
+  wall(1.0 / 3, 2.0 / 3, 1.0 / 3, 1.0 / 3, k, k);
+  return room.build();
+}
+
+PatchMesh room_with_triangle_soup(Index n, Index count, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  MeshBuilder room;
+  room.box({0, 0, 0}, {1, 1, 1}, n, Facing::inward);
+  const auto point = [&](double low, double high) {
+    const double a = uniform(random), b = uniform(random), c = uniform(random);
+    return Vec3((Vec3(a, b, c) * (high - low)).array() + low);
+  };
+  for (Index k = 0; k < count; ++k) {
+    const Vec3 centre = point(0.25, 0.75);
+    const Vec3 a = centre + point(-0.2, 0.2), b = centre + point(-0.2, 0.2), c = centre + point(-0.2, 0.2);
+    room.polygon({a, b, c}).polygon({a, c, b});
+  }
+  return room.build();
+}
+
+Scene box_on_floor() {
+  Scene::Arrays arrays;
+  arrays.materials = {grey("room", 0.5, 1), grey("box", 0.5, 1)};
+  const auto add_box = [&](const Vec3& lower, const Vec3& upper, Index material, bool inward) {
+    const auto first = static_cast<Index>(arrays.vertices.size());
+    for (Index c = 0; c < 8; ++c)
+      arrays.vertices.emplace_back(c & 1 ? upper.x() : lower.x(), c & 2 ? upper.y() : lower.y(),
+                                   c & 4 ? upper.z() : lower.z());
+    const Index faces[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
+                               {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
+    for (const auto& f : faces) {  // counter-clockwise from outside
+      const std::array<Index, 4> outward{first + f[0], first + f[1], first + f[2], first + f[3]};
+      const std::array<Index, 4> flipped{first + f[3], first + f[2], first + f[1], first + f[0]};
+      arrays.add_face(inward ? flipped : outward, material);
+    }
+  };
+  add_box({0, 0, 0}, {1, 1, 1}, 0, true);
+  add_box({1.0 / 3, 1.0 / 3, 0}, {2.0 / 3, 2.0 / 3, 0.5}, 1, false);
+  return Scene(std::move(arrays));
+}
+
+Scene as_scene(const PatchMesh& mesh) {
+  Scene::Arrays arrays;
+  arrays.vertices = mesh.vertices();
+  arrays.materials = mesh.materials();
+  for (Index i = 0; i < mesh.patch_count(); ++i)
+    arrays.add_face(mesh.corners(i), mesh.material(i));
+  return Scene(std::move(arrays));
+}
+
+PatchMesh transformed(const PatchMesh& mesh, const Eigen::Affine3d& transform) {
+  PatchMesh::Arrays arrays = arrays_of(mesh);
+  for (Vec3& v : arrays.vertices)
+    v = transform * v;
+  return PatchMesh(std::move(arrays));
+}
+
+PatchMesh with_materials(const PatchMesh& mesh, std::vector<Material> materials) {
+  PatchMesh::Arrays arrays = arrays_of(mesh);
+  arrays.materials = std::move(materials);
+  return PatchMesh(std::move(arrays));
+}
+
+}  // namespace radiosity::test
