@@ -18,15 +18,13 @@ namespace {
 std::string band_text(const BandValues& values) {
   if ((values == values[0]).all()) return fmt::format("{:.4g}", values[0]);
   std::vector<std::string> texts;
-  for (const double value : values)
-    texts.push_back(fmt::format("{:.4g}", value));
+  for (const double value : values) texts.push_back(fmt::format("{:.4g}", value));
   return fmt::format("{}", fmt::join(texts, " "));
 }
 
 void print_materials(const Console& console, const Scene& scene) {
   std::vector<Index> faces(scene.materials().size());
-  for (Index f = 0; f < scene.face_count(); ++f)
-    ++faces[static_cast<std::size_t>(scene.material(f))];
+  for (Index f = 0; f < scene.face_count(); ++f) ++faces[static_cast<std::size_t>(scene.material(f))];
 
   std::vector<std::vector<std::string>> rows = {
       {"material", "faces", "area m²", "sides", "reflectance", "emission W/m²"}};
@@ -39,12 +37,10 @@ void print_materials(const Console& console, const Scene& scene) {
   }
   std::vector<std::size_t> widths(rows.front().size());
   for (const auto& row : rows)
-    for (std::size_t c = 0; c < row.size(); ++c)
-      widths[c] = std::max(widths[c], row[c].size());
+    for (std::size_t c = 0; c < row.size(); ++c) widths[c] = std::max(widths[c], row[c].size());
   for (std::size_t r = 0; r < rows.size(); ++r) {
     std::string text;
-    for (std::size_t c = 0; c < widths.size(); ++c)
-      text += fmt::format("{:<{}}  ", rows[r][c], widths[c]);
+    for (std::size_t c = 0; c < widths.size(); ++c) text += fmt::format("{:<{}}  ", rows[r][c], widths[c]);
     console.line(r == 0 ? "materials" : "", "{}", text);
   }
 }
@@ -90,7 +86,7 @@ int run_inspect(const Options& options) {
                           ? options.threads
                           : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   const std::string automatic = choose_method(visibility).name;
-  job.console.line("estimate", "time for all form factors on {} {}, from a sample of rows:", threads,
+  job.console.line("estimate", "time for the form factors on {} {}, from a sample of rows:", threads,
                    threads == 1 ? "thread" : "threads");
   for (const FormFactorMethodInfo& info : form_factor_methods()) {
     FormFactorOptions method_options;
@@ -104,6 +100,7 @@ int run_inspect(const Options& options) {
                      info.name == automatic ? "; what auto would choose" : "");
   }
   job.report.converged = true;
+  job.stage.lap();  // the estimates are no writing
   Outputs(job).finish();
   return kDone;
 }

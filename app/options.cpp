@@ -134,8 +134,7 @@ std::string table(std::span<const Info> rows) {
 template <class Info>
 std::vector<std::string> names(std::span<const Info> rows) {
   std::vector<std::string> result;
-  for (const Info& row : rows)
-    result.emplace_back(row.name);
+  for (const Info& row : rows) result.emplace_back(row.name);
   return result;
 }
 
@@ -190,8 +189,7 @@ class Parser {
       if (dynamic_cast<const CLI::ArgumentMismatch*>(&e) != nullptr) explain_number_of_values(e.what());
       throw UsageError(e.what());
     }
-    for (const CLI::App* command : app_.get_subcommands())
-      options_.command = command->get_name();
+    for (const CLI::App* command : app_.get_subcommands()) options_.command = command->get_name();
     explain_settings_without_effect();
     return true;
   }
@@ -404,21 +402,27 @@ class Parser {
     const std::vector<std::string> unknown = app_.remaining(true);
     const std::vector<CLI::App*> given = app_.get_subcommands();
     const CLI::App& command = given.empty() ? app_ : *given.front();
-    for (const std::string& argument : unknown) {
-      if (argument.size() < 2 || argument[0] != '-') continue;
+    const auto is_option = [](const std::string& argument) {
+      return argument.size() > 1 && argument[0] == '-';
+    };
+    if (given.empty()) {
+      // What follows an unknown command was meant for it.
+      const auto name = std::find_if_not(unknown.begin(), unknown.end(), is_option);
+      if (name != unknown.end())
+        throw UsageError(fmt::format("unknown command '{}'; did you mean '{}'? Known: {}", *name,
+                                     nearest(*name, commands()), fmt::join(commands(), ", ")));
+    }
+    const auto option = std::find_if(unknown.begin(), unknown.end(), is_option);
+    if (option != unknown.end()) {
       std::vector<std::string> known;
-      for (const CLI::Option* option : command.get_options())
-        for (const std::string& name : option->get_lnames())
-          known.push_back("--" + name);
-      const std::string name = argument.substr(0, argument.find('='));
-      throw UsageError(fmt::format("unknown option '{}'; did you mean '{}'? ({}{} --help lists them all)",
-                                   name, nearest(name, known), "radiosity",
-                                   given.empty() ? "" : " " + command.get_name()));
+      for (const CLI::Option* candidate : command.get_options())
+        for (const std::string& name : candidate->get_lnames()) known.push_back("--" + name);
+      const std::string name = option->substr(0, option->find('='));
+      throw UsageError(
+          fmt::format("unknown option '{}'; did you mean '{}'? (radiosity{} --help lists them all)", name,
+                      nearest(name, known), given.empty() ? "" : " " + command.get_name()));
     }
     if (unknown.empty()) return;
-    if (given.empty())
-      throw UsageError(fmt::format("unknown command '{}'; did you mean '{}'? Known: {}", unknown.front(),
-                                   nearest(unknown.front(), commands()), fmt::join(commands(), ", ")));
     throw UsageError(
         fmt::format("unexpected argument '{}': {} takes one SCENE", unknown.front(), command.get_name()));
   }
@@ -467,8 +471,7 @@ std::string command_line(int argc, char** argv) {
       continue;
     }
     line += " '";
-    for (const char c : argument)
-      line += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    for (const char c : argument) line += c == '\'' ? std::string("'\\''") : std::string(1, c);
     line += "'";
   }
   return line;
@@ -477,10 +480,12 @@ std::string command_line(int argc, char** argv) {
 }  // namespace
 
 std::string_view nearest(std::string_view word, std::span<const std::string> candidates) {
-  return *std::min_element(candidates.begin(), candidates.end(),
-                           [&](const std::string& a, const std::string& b) {
-                             return edit_distance(word, a) < edit_distance(word, b);
-                           });
+  const auto distance = [&](const std::string& candidate) {
+    return candidate.starts_with(word) ? 0 : edit_distance(word, candidate);
+  };
+  return *std::min_element(
+      candidates.begin(), candidates.end(),
+      [&](const std::string& a, const std::string& b) { return distance(a) < distance(b); });
 }
 
 std::optional<Options> parse_command_line(int argc, char** argv) {

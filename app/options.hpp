@@ -44,8 +44,8 @@ struct Options {
 /// Nothing when --help or --version was asked for and printed. Throws UsageError.
 std::optional<Options> parse_command_line(int argc, char** argv);
 
-/// The candidate with the smallest edit distance (insertions, deletions, substitutions) to `word`; the first
-/// of equals.
+/// The candidate that begins with `word`, or else that with the smallest edit distance (insertions, deletions,
+/// substitutions) to it; the first of equals.
 std::string_view nearest(std::string_view word, std::span<const std::string> candidates);
 
 /// The scene file's settings, with those flags in their place that were given.

@@ -29,8 +29,7 @@ class Steps {
 
   void write(const std::filesystem::path& file, const PatchMesh& mesh, double exposure) const {
     SolutionSeries series(file, mesh);
-    for (const auto& [iteration, radiosity] : steps_)
-      series.add(iteration, radiosity, exposure);
+    for (const auto& [iteration, radiosity] : steps_) series.add(iteration, radiosity, exposure);
     series.finish();
   }
 

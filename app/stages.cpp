@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <system_error>
 #include <utility>
@@ -69,7 +70,7 @@ Solution nothing_exchanged(const PatchMesh& mesh, const RadiositySystem& system)
 void print_energy(const Console& console, const EnergyBalance& energy) {
   for (Index b = 0; b < energy.emitted_w.size(); ++b)
     console.line(b == 0 ? "energy" : "",
-                 "{}emitted {:.6g} W, absorbed {:.6g} W, escaped {:.6g} W, imbalance {:.1e}",
+                 "{}emitted {:.6g} W, absorbed {:.6g} W, escaped {:.6g} W, imbalance {:.2g}",
                  energy.emitted_w.size() == 1 ? std::string() : fmt::format("band {}: ", b),
                  energy.emitted_w[b], energy.absorbed_w[b], energy.escaped_w[b], energy.imbalance[b]);
 }
@@ -82,7 +83,7 @@ double solved_fraction(double residual, double tolerance) {
 
 }  // namespace
 
-Job::Job(const Options& options_) : options(options_), console(options_.quiet) {
+Job::Job(const Options& given) : options(given), console(given.quiet) {
   report.version = RADIOSITY_VERSION;
   report.command = options.command_line;
 }
@@ -199,23 +200,17 @@ FormFactorMatrix form_factor_stage(Job& job, const FormFactorMethod& method, con
     return matrix;
   }
   job.console.line(
-      "form factors", "{} stored, {} not zero, {}; {}", facts.storage, facts.nonzeros,
-      bytes_text(static_cast<double>(facts.bytes)),
+      "form factors", "stored {}, {}, {} entries are not zero; {}", facts.storage,
+      bytes_text(static_cast<double>(facts.bytes)), facts.nonzeros,
       assembly.rays > 0 ? fmt::format("{:.3g} rays", static_cast<double>(assembly.rays)) : "no rays");
-  const FormFactorQuality &before = assembly.before, &after = assembly.after;
-  const auto error_line = [&](std::string_view label, double b, double a) {
-    if (assembly.closed_rows)
-      job.console.line("", "{} error at most {:.1e}, restored to {:.1e}", label, b, a);
-    else
-      job.console.line("", "{} error at most {:.1e}", label, b);
+  const auto error_line = [&](std::string_view label, double before, double after) {
+    job.console.line("", "{} error at most {:.2g}{}", label, after,
+                     assembly.closed_rows ? fmt::format(", {:.2g} before rows were restored", before) : "");
   };
-  error_line("closure", before.closure_error_max, after.closure_error_max);
-  error_line("reciprocity", before.reciprocity_error_max, after.reciprocity_error_max);
-  job.console.line("", "{}",
-                   assembly.closed_scene
-                       ? "closed: nothing escapes"
-                       : fmt::format("open: {:.3g} % of what leaves a patch, on average, reaches no patch",
-                                     100 * assembly.escaped_mean));
+  error_line("closure", assembly.before.closure_error_max, assembly.after.closure_error_max);
+  error_line("reciprocity", assembly.before.reciprocity_error_max, assembly.after.reciprocity_error_max);
+  job.console.line("", "{:.3g} % of what leaves the patches reaches no patch, on average",
+                   std::max(0.0, std::round(1e5 * assembly.escaped_mean) / 1e3));
   warn(job, assembly.warnings);
   return matrix;
 }
@@ -234,8 +229,7 @@ Solved solve_stage(Job& job, const Scene& scene, const SceneSettings& settings, 
   job.report.scene->bands = merged.bands();
   const Visibility visibility(patches.mesh);
   const ChosenMethod chosen = method_stage(job, visibility, settings);
-  for (const std::string& reason : modelled.left_out)
-    job.console.line("left out", "{}", reason);
+  for (const std::string& reason : modelled.left_out) job.console.line("left out", "{}", reason);
 
   // Closing rows needs all of them, so a request to leave them open stores them too.
   const bool stored = info.needs_stored_rows || !job.options.close;
@@ -270,7 +264,7 @@ Solved solve_stage(Job& job, const Scene& scene, const SceneSettings& settings, 
   const SolveReport& report = solution.report;
   job.report.converged = report.status == SolveStatus::converged;
   job.report.solver = Report::SolverFacts{std::string(info.name), options.tolerance, report};
-  job.console.line("solver", "{}: {} {}, residual {:.1e}, tolerance {:.1e}", info.name, report.iterations,
+  job.console.line("solver", "{}: {} {}, residual {:.2g}, tolerance {:.2g}", info.name, report.iterations,
                    info.needs_stored_rows ? "iterations" : "shots", report.residual, options.tolerance);
   if (!job.report.converged) job.console.line("not converged", "{}", report.message);
   if (facts.assembly.completed) {
@@ -285,8 +279,7 @@ Solved solve_stage(Job& job, const Scene& scene, const SceneSettings& settings, 
 Outputs::~Outputs() {
   std::error_code ignored;  // the error that brought us here is the one to tell
   if (!keep_)
-    for (const auto& file : files_)
-      std::filesystem::remove_all(file, ignored);
+    for (const auto& file : files_) std::filesystem::remove_all(file, ignored);
 }
 
 void Outputs::finish() {

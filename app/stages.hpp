@@ -19,7 +19,7 @@ namespace radiosity::app {
 
 /// The stages that the subcommands share. Each prints its lines and fills its part of the report.
 struct Job {
-  explicit Job(const Options& options);
+  explicit Job(const Options& given);
 
   const Options& options;
   Console console;

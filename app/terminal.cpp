@@ -58,8 +58,7 @@ bool ProgressBar::operator()(double fraction) {
 std::string bytes_text(double bytes) {
   constexpr std::array kUnits = {"bytes", "kB", "MB", "GB", "TB", "PB"};
   std::size_t unit = 0;
-  for (; bytes >= 1000 && unit + 1 < kUnits.size(); ++unit)
-    bytes /= 1000;
+  for (; bytes >= 1000 && unit + 1 < kUnits.size(); ++unit) bytes /= 1000;
   return unit == 0 ? fmt::format("{:.0f} {}", bytes, kUnits[unit])
                    : fmt::format("{:.3g} {}", bytes, kUnits[unit]);
 }

@@ -10,12 +10,15 @@
 #include <mutex>
 
 #include "methods.hpp"
+#include "pair_factors.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/meshing/tolerances.hpp"
 
 namespace radiosity {
 namespace {
 
+constexpr Index kLampSamples =
+    16;                       // shadow rays between a lamp and another patch, four times as many in penumbra
 constexpr Index kBlock = 16;  // rows that one task computes
 
 // Sparse rows while they are being made.
@@ -132,6 +135,55 @@ void mirror(RowList& upper, const Eigen::ArrayXd& areas) {
     full.columns.insert(full.columns.end(), row.columns.begin(), row.columns.end());
     full.values.insert(full.values.end(), row.values.begin(), row.values.end());
     row = std::move(full);
+  });
+}
+
+// Patches that emit, unless they are so many that pairs would cost more than the sampled rows.
+std::vector<Index> lamps_of(const PatchMesh& mesh) {
+  std::vector<Index> lamps;
+  for (Index i = 0; i < mesh.patch_count(); ++i) {
+    if ((mesh.material_of(i).emission > 0).any()) lamps.push_back(i);
+  }
+  const auto most = std::max<std::size_t>(4, at(mesh.patch_count()) / 20);
+  return lamps.size() <= most ? lamps : std::vector<Index>{};
+}
+
+// Replaces rows and columns of the lamps by factors of single pairs.
+void replace_lamps(RowList& rows, const std::vector<Index>& lamps, const PairFactors& pairs,
+                   const Eigen::ArrayXd& areas) {
+  const auto n = static_cast<Index>(rows.size());
+  for (const Index lamp : lamps) rows[at(lamp)] = {};
+  std::vector<Eigen::ArrayXd> mutual(lamps.size(), Eigen::ArrayXd(n));
+  for_each_row(n, [&](Index i) {
+    for (std::size_t k = 0; k < lamps.size(); ++k)
+      mutual[k][i] = i == lamps[k] ? 0 : pairs.mutual_area(i, lamps[k]);
+  });
+  for_each_row(n, [&](Index i) {
+    Row exact;
+    const auto own = std::lower_bound(lamps.begin(), lamps.end(), i);
+    if (own != lamps.end() && *own == i) {
+      const Eigen::ArrayXd& row = mutual[at(static_cast<Index>(own - lamps.begin()))];
+      for (Index j = 0; j < n; ++j) {
+        if (row[j] <= 0) continue;
+        exact.columns.push_back(j);
+        exact.values.push_back(static_cast<float>(row[j] / areas[i]));
+      }
+      rows[at(i)] = std::move(exact);
+      return;
+    }
+    for (std::size_t k = 0; k < lamps.size(); ++k) {
+      if (mutual[k][i] <= 0) continue;
+      exact.columns.push_back(lamps[k]);
+      exact.values.push_back(static_cast<float>(mutual[k][i] / areas[i]));
+    }
+    Row merged;
+    merge(rows[at(i)], exact, [&](Index j, double sampled, double pair) {
+      const double f = std::binary_search(lamps.begin(), lamps.end(), j) ? pair : sampled;
+      if (f <= 0) return;
+      merged.columns.push_back(j);
+      merged.values.push_back(static_cast<float>(f));
+    });
+    rows[at(i)] = std::move(merged);
   });
 }
 
@@ -284,6 +336,15 @@ FormFactorMatrix assemble(const FormFactorMethod& method, const Visibility& visi
   facts.completed = computed.completed;
   if (method.reciprocal()) mirror(rows, areas);
   facts.rays = method.rays();
+  if (!method.reciprocal() && facts.completed) {
+    const std::vector<Index> lamps = lamps_of(mesh);
+    if (!lamps.empty()) {
+      const PairFactors pairs(visibility, kLampSamples, 1);
+      replace_lamps(rows, lamps, pairs, areas);
+      facts.rays += pairs.rays();
+      facts.lamps = static_cast<Index>(lamps.size());
+    }
+  }
 
   // What the rows should sum to.
   Eigen::ArrayXd target = row_sums(rows);

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include "methods.hpp"
@@ -26,11 +27,13 @@ class Hemisphere final : public FormFactorMethod {
   void rows(Index first, Index last, bool upper, const Sink& sink) const override;
   bool reciprocal() const override { return false; }
   bool exact() const override { return false; }
+  std::uint64_t rays() const override { return rays_.load(std::memory_order_relaxed); }
   Index setting() const override { return 16 * blocks_ * blocks_; }
   Index max_entries_per_row() const override { return std::min(setting(), visibility_.mesh().patch_count()); }
 
  private:
   const Visibility& visibility_;
+  mutable std::atomic<std::uint64_t> rays_{0};
   std::uint64_t seed_;
   int blocks_;  // packets along an edge of the unit square
 };
@@ -90,7 +93,7 @@ void Hemisphere::rows(Index first, Index last, bool, const Sink& sink) const {
         }
       }
     }
-    count_rays(static_cast<std::uint64_t>(setting()));
+    rays_.fetch_add(static_cast<std::uint64_t>(setting()), std::memory_order_relaxed);
     std::sort(columns.begin(), columns.end());
     values.clear();
     for (const Index j : columns) {

@@ -81,8 +81,7 @@ class Interpolation {
     const auto corners = mesh_.corners(patch);
     if (corners.size() == 4) {
       std::array<Eigen::Vector2d, 4> c;
-      for (std::size_t k = 0; k < 4; ++k)
-        c[k] = flat(mesh_.vertex(corners[k]));
+      for (std::size_t k = 0; k < 4; ++k) c[k] = flat(mesh_.vertex(corners[k]));
       const double sign = mesh_.normal(patch)[axis];
       bool convex = true;
       for (std::size_t k = 0; k < 4; ++k)

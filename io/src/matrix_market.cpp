@@ -18,8 +18,7 @@ void write_matrix_market(const std::filesystem::path& file, const FormFactors& f
     std::ofstream out(temporary, std::ios::binary);
     out << "%%MatrixMarket matrix coordinate real general\n";
     std::istringstream lines(comment);
-    for (std::string line; std::getline(lines, line);)
-      out << "% " << line << '\n';
+    for (std::string line; std::getline(lines, line);) out << "% " << line << '\n';
     // The number of entries is known only at the end: rows may be computed on demand, and once is dear enough.
     const Index n = form_factors.size();
     const auto header = out.tellp();

@@ -22,8 +22,7 @@ BandValues rgb(const aiColor4D& c) {
 Eigen::Matrix4d matrix(const aiMatrix4x4& m) {
   Eigen::Matrix4d result;
   for (unsigned r = 0; r < 4; ++r)
-    for (unsigned c = 0; c < 4; ++c)
-      result(r, c) = m[r][c];
+    for (unsigned c = 0; c < 4; ++c) result(r, c) = m[r][c];
   return result;
 }
 
@@ -41,10 +40,8 @@ class AssimpReader {
  private:
   void visit(const aiNode& node, const Eigen::Matrix4d& parent) {
     const Eigen::Matrix4d to_world = parent * matrix(node.mTransformation);
-    for (unsigned m = 0; m < node.mNumMeshes; ++m)
-      add(*scene_.mMeshes[node.mMeshes[m]], to_world);
-    for (unsigned c = 0; c < node.mNumChildren; ++c)
-      visit(*node.mChildren[c], to_world);
+    for (unsigned m = 0; m < node.mNumMeshes; ++m) add(*scene_.mMeshes[node.mMeshes[m]], to_world);
+    for (unsigned c = 0; c < node.mNumChildren; ++c) visit(*node.mChildren[c], to_world);
   }
 
   void add(const aiMesh& part, const Eigen::Matrix4d& to_world) {
@@ -105,8 +102,7 @@ class AssimpReader {
         mesh_.warnings.push_back(fmt::format("material '{}': its texture is ignored", target.name));
     }
     const std::string wanted = target.name;
-    for (int k = 1; !names_.insert(target.name).second; ++k)
-      target.name = fmt::format("{}_{}", wanted, k);
+    for (int k = 1; !names_.insert(target.name).second; ++k) target.name = fmt::format("{}_{}", wanted, k);
     if (target.name != wanted)
       mesh_.warnings.push_back(
           fmt::format("two materials are called '{}': one is now '{}'", wanted, target.name));

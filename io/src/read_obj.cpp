@@ -7,7 +7,6 @@
 #include <fstream>
 #include <map>
 #include <optional>
-#include <set>
 #include <streambuf>
 
 #include "mesh_file.hpp"
@@ -93,11 +92,6 @@ class ObjReader : public tinyobj::MaterialReader {
                   std::map<std::string, int>* numbers, std::string* warning, std::string* error) override;
 
  private:
-  struct Use {
-    Index line;
-    Index face;
-  };
-
   std::string here() const { return fmt::format("{}:{}", file_.string(), lines_.number()); }
   void vertex();
   void face(const tinyobj::index_t* indices, int count);
@@ -109,8 +103,8 @@ class ObjReader : public tinyobj::MaterialReader {
   LineRecorder lines_;
   MeshFile mesh_;
   std::vector<Index> face_lines_;
-  std::string current_;  ///< name after the last usemtl; empty: none yet
-  std::vector<std::string> face_names_;
+  std::vector<std::string> uses_{""};   ///< the names of all usemtl lines, after the state before the first
+  std::vector<std::size_t> face_uses_;  ///< per face, its number in uses_
   std::map<std::string, Finish> finishes_;
   std::vector<std::string> finish_order_;
   std::vector<std::string> missing_libraries_;  ///< "'room.mtl' (line 3) does not exist"
@@ -151,7 +145,7 @@ void ObjReader::face(const tinyobj::index_t* indices, int count) {
   }
   mesh_.geometry.add_face(corners, 0);
   face_lines_.push_back(lines_.number());
-  face_names_.push_back(current_);
+  face_uses_.push_back(uses_.size() - 1);
 }
 
 bool ObjReader::operator()(const std::string& name, std::vector<tinyobj::material_t>* materials,
@@ -214,7 +208,7 @@ MeshMaterial ObjReader::material(const std::string& name, Index first_face) {
   MeshMaterial result{.name = name};
   const auto found = finishes_.find(name);
   if (found == finishes_.end()) {
-    if (name != kDefaultMaterial || !face_names_[static_cast<std::size_t>(first_face)].empty())
+    if (!uses_[face_uses_[static_cast<std::size_t>(first_face)]].empty())
       result.undefined = fmt::format(
           "{}:{}: face {} uses material '{}', which nothing defines{}{}", file_.string(),
           face_lines_[static_cast<std::size_t>(first_face)], first_face + 1, name,
@@ -241,7 +235,7 @@ MeshFile ObjReader::read() {
     static_cast<ObjReader*>(self)->face(indices, count);
   };
   callbacks.usemtl_cb = [](void* self, const char* name, int) {
-    static_cast<ObjReader*>(self)->current_ = trimmed(name);
+    static_cast<ObjReader*>(self)->uses_.push_back(trimmed(name));
   };
   std::istream numbered(&lines_);
   std::string warning, error;
@@ -260,8 +254,9 @@ MeshFile ObjReader::read() {
         throw InputError(fmt::format("{}:{}: face {} refers to vertex {}, but the file has only {}",
                                      file_.string(), face_lines_[f], f + 1, v + 1, vertices));
     }
-    if (face_names_[f].empty()) ++unnamed;
-    const std::string& name = face_names_[f].empty() ? kDefaultMaterial : face_names_[f];
+    const std::string& use = uses_[face_uses_[f]];
+    if (use.empty()) ++unnamed;
+    const std::string& name = use.empty() ? kDefaultMaterial : use;
     bool added = false;
     geometry.face_material[f] = numbers.number(name, added);
     if (added) mesh_.materials.push_back(material(name, static_cast<Index>(f)));
@@ -269,8 +264,7 @@ MeshFile ObjReader::read() {
   if (unnamed > 0)
     mesh_.warnings.push_back(fmt::format("{} of {} faces have no material: they get '{}'", unnamed,
                                          face_lines_.size(), kDefaultMaterial));
-  for (const auto& library : missing_libraries_)
-    mesh_.warnings.push_back(library);
+  for (const auto& library : missing_libraries_) mesh_.warnings.push_back(library);
   for (const auto& name : finish_order_) {
     bool added = false;
     numbers.number(name, added);

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 
 #include "mesh_file.hpp"
 #include "nearest_name.hpp"
@@ -42,10 +43,8 @@ class SceneBuilder {
   Scene build() {
     check_names();
     count_bands();
-    for (Vec3& x : mesh_.geometry.vertices)
-      x *= settings_.metres_per_unit;
-    for (const MeshMaterial& material : mesh_.materials)
-      mesh_.geometry.materials.push_back(finish(material));
+    for (Vec3& x : mesh_.geometry.vertices) x *= settings_.metres_per_unit;
+    for (const MeshMaterial& material : mesh_.materials) mesh_.geometry.materials.push_back(finish(material));
     return with_power(make_scene());
   }
 
@@ -57,16 +56,14 @@ class SceneBuilder {
 
   void check_names() const {
     std::vector<std::string> names;
-    for (const auto& material : mesh_.materials)
-      names.push_back(material.name);
+    for (const auto& material : mesh_.materials) names.push_back(material.name);
     for (const auto& [name, values] : settings_.materials)
       if (std::find(names.begin(), names.end(), name) == names.end())
         throw InputError(fmt::format(
             "{}:{}: no face of {} has the material '{}'; the nearest name there is '{}'", file_.string(),
             values.line, settings_.mesh.string(), name, nearest_name(name, names)));
     std::vector<std::string> set;
-    for (const auto& [name, values] : settings_.materials)
-      set.push_back(name);
+    for (const auto& [name, values] : settings_.materials) set.push_back(name);
     for (const auto& material : mesh_.materials)
       if (!material.undefined.empty() && !setting(material.name))
         throw InputError(set.empty() ? material.undefined
@@ -143,6 +140,14 @@ class SceneBuilder {
   BandCount bands_;
 };
 
+/// A key as TOML writes it: quoted unless it is made of letters, digits, - and _.
+std::string toml_key(const std::string& name) {
+  const bool bare = !name.empty() && std::all_of(name.begin(), name.end(), [](unsigned char c) {
+    return (c < 128 && std::isalnum(c)) || c == '-' || c == '_';
+  });
+  return bare ? name : fmt::format("\"{}\"", name);
+}
+
 }  // namespace
 
 LoadedScene read_scene(const fs::path& file) {
@@ -170,14 +175,19 @@ LoadedScene read_scene(const fs::path& file) {
 void require_emission(const Scene& scene, const fs::path& file) {
   for (Index f = 0; f < scene.face_count(); ++f)
     if ((scene.materials()[static_cast<std::size_t>(scene.material(f))].emission > 0).any()) return;
-  const std::string& name = scene.materials().front().name;
+  const std::string table = fmt::format("  [materials.{}]\n  emission = 10   # W/m², or: power = 100   # W",
+                                        toml_key(scene.materials().front().name));
+  if (lower_case_extension(file) == ".toml")
+    throw InputError(
+        fmt::format("{}: nothing emits light, so every radiosity is 0. To add a lamp, give a material an "
+                    "emission, such as\n{}",
+                    file.string(), table));
   throw InputError(fmt::format(
       "{}: nothing emits light, so every radiosity is 0. To add a lamp, give a material an emission: a line "
       "'Ke 10 10 10' in the .mtl of an OBJ, emissiveFactor in a glTF, a cell array 'emission' in a .vtp or "
       ".vtu, or a "
-      "scene file (.toml) with\n  mesh = \"{}\"\n  [materials.{}]\n  emission = 10    # W/m², or: power = "
-      "100  # W",
-      file.string(), file.filename().string(), name));
+      "scene file (.toml) with\n  mesh = \"{}\"\n{}",
+      file.string(), file.filename().string(), table));
 }
 
 }  // namespace radiosity

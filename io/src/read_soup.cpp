@@ -46,8 +46,7 @@ MeshFile read_points_and_polygons(const std::filesystem::path& file, Read&& read
     throw IoError(fmt::format("{}: is damaged, or is not a {} file", file.string(),
                               lower_case_extension(file).substr(1)));
   MeshFile mesh;
-  for (const auto& p : points)
-    mesh.geometry.vertices.emplace_back(p[0], p[1], p[2]);
+  for (const auto& p : points) mesh.geometry.vertices.emplace_back(p[0], p[1], p[2]);
   std::vector<Index> corners;
   for (std::size_t f = 0; f < polygons.size(); ++f) {
     corners.clear();
@@ -68,16 +67,17 @@ MeshFile read_points_and_polygons(const std::filesystem::path& file, Read&& read
 
 MeshFile read_soup(const std::filesystem::path& file, const std::string& extension) {
   using Point = CGAL::Simple_cartesian<double>::Point_3;
+  // Said to all three: read_PLY is not silent by default.
   if (extension == ".stl")
     return read_points_and_polygons<StlPoint>(file, [](auto& stream, auto& points, auto& polygons) {
-      return CGAL::IO::read_STL(stream, points, polygons);
+      return CGAL::IO::read_STL(stream, points, polygons, CGAL::parameters::verbose(false));
     });
   if (extension == ".ply")
     return read_points_and_polygons<Point>(file, [](auto& stream, auto& points, auto& polygons) {
-      return CGAL::IO::read_PLY(stream, points, polygons);
+      return CGAL::IO::read_PLY(stream, points, polygons, CGAL::parameters::verbose(false));
     });
   return read_points_and_polygons<Point>(file, [](auto& stream, auto& points, auto& polygons) {
-    return CGAL::IO::read_OFF(stream, points, polygons);
+    return CGAL::IO::read_OFF(stream, points, polygons, CGAL::parameters::verbose(false));
   });
 }
 

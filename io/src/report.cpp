@@ -17,8 +17,7 @@ using Json = nlohmann::ordered_json;
 template <class Derived>
 Json numbers(const Eigen::DenseBase<Derived>& values) {
   Json array = Json::array();
-  for (Eigen::Index k = 0; k < values.size(); ++k)
-    array.push_back(values.derived().coeff(k));
+  for (Eigen::Index k = 0; k < values.size(); ++k) array.push_back(values.derived().coeff(k));
   return array;
 }
 
@@ -55,8 +54,7 @@ Json to_json(const FormFactorQuality& quality) {
 
 Json to_json(const Report::FormFactorFacts& facts) {
   Json parameters = Json::object();
-  for (const auto& [name, value] : facts.parameters)
-    parameters[name] = value;
+  for (const auto& [name, value] : facts.parameters) parameters[name] = value;
   const AssemblyReport& assembly = facts.assembly;
   Json json = {{"method", facts.method},     {"parameters", parameters}, {"storage", facts.storage},
                {"nonzeros", facts.nonzeros}, {"bytes", facts.bytes},     {"rays", assembly.rays}};

@@ -112,8 +112,7 @@ class Section {
       if (array->empty())
         fail(setting.line, fmt::format("{}: {} has no numbers, but needs one per band", owner, key));
       setting.values.resize(static_cast<Eigen::Index>(array->size()));
-      for (std::size_t b = 0; b < array->size(); ++b)
-        check(*array->get(b), static_cast<Eigen::Index>(b));
+      for (std::size_t b = 0; b < array->size(); ++b) check(*array->get(b), static_cast<Eigen::Index>(b));
     } else {
       setting.values.resize(1);
       check(*node, 0);

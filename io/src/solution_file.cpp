@@ -47,16 +47,14 @@ void add_integers(vtkFieldData* data, const char* name, Index count, Value&& val
   vtkNew<vtkIntArray> array;
   array->SetName(name);
   array->SetNumberOfValues(count);
-  for (Index i = 0; i < count; ++i)
-    array->SetValue(i, value(i));
+  for (Index i = 0; i < count; ++i) array->SetValue(i, value(i));
   data->AddArray(array);
 }
 
 void add_strings(vtkFieldData* data, const char* name, const std::vector<std::string>& values) {
   vtkNew<vtkStringArray> array;
   array->SetName(name);
-  for (const auto& value : values)
-    array->InsertNextValue(value);
+  for (const auto& value : values) array->InsertNextValue(value);
   data->AddArray(array);
 }
 
@@ -75,13 +73,11 @@ vtkSmartPointer<vtkPolyData> geometry(const PatchMesh& mesh) {
   vtkNew<vtkPoints> points;
   points->SetDataTypeToDouble();
   points->SetNumberOfPoints(mesh.vertex_count());
-  for (Index v = 0; v < mesh.vertex_count(); ++v)
-    points->SetPoint(v, mesh.vertex(v).data());
+  for (Index v = 0; v < mesh.vertex_count(); ++v) points->SetPoint(v, mesh.vertex(v).data());
   vtkNew<vtkCellArray> polygons;
   for (Index i = 0; i < mesh.patch_count(); ++i) {
     polygons->InsertNextCell(static_cast<int>(mesh.corners(i).size()));
-    for (const Index v : mesh.corners(i))
-      polygons->InsertCellPoint(v);
+    for (const Index v : mesh.corners(i)) polygons->InsertCellPoint(v);
   }
   auto data = vtkSmartPointer<vtkPolyData>::New();
   data->SetPoints(points);
@@ -90,8 +86,7 @@ vtkSmartPointer<vtkPolyData> geometry(const PatchMesh& mesh) {
   add_integers(data->GetCellData(), "material", mesh.patch_count(),
                [&](Index i) { return mesh.material(i); });
   std::vector<std::string> names;
-  for (const Material& material : mesh.materials())
-    names.push_back(material.name);
+  for (const Material& material : mesh.materials()) names.push_back(material.name);
   add_strings(data->GetFieldData(), "material_names", names);
   add_strings(data->GetFieldData(), "units", {"W/m2; m"});
   return data;

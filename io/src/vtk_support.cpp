@@ -55,8 +55,7 @@ std::optional<BandArray> band_array(vtkFieldData* data, const char* name) {
 std::vector<std::string> strings(vtkFieldData* data, const char* name) {
   std::vector<std::string> values;
   if (auto* const array = vtkStringArray::SafeDownCast(data->GetAbstractArray(name)))
-    for (vtkIdType i = 0; i < array->GetNumberOfValues(); ++i)
-      values.push_back(array->GetValue(i));
+    for (vtkIdType i = 0; i < array->GetNumberOfValues(); ++i) values.push_back(array->GetValue(i));
   return values;
 }
 

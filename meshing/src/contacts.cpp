@@ -39,8 +39,7 @@ class Finder {
   }
 
   Contacts run() {
-    for (const auto& [i, j] : pairs())
-      meet(i, j);
+    for (const auto& [i, j] : pairs()) meet(i, j);
     auto& lines = contacts_.lines;
     const auto order = [](const Contacts::Line& l) {
       return std::tuple(l.polygon, edge_key(l.a, l.b), l.parent, l.a);
@@ -51,8 +50,7 @@ class Finder {
     };
     lines.erase(std::unique(lines.begin(), lines.end(), same), lines.end());
     for (std::size_t k = 0, next; k < lines.size(); k = next) {
-      for (next = k; next < lines.size() && lines[next].polygon == lines[k].polygon;)
-        ++next;
+      for (next = k; next < lines.size() && lines[next].polygon == lines[k].polygon;) ++next;
       cross_lines(std::span(lines).subspan(k, next - k));
     }
     auto& coincident = contacts_.coincident;
@@ -397,8 +395,7 @@ void extend(const Contacts& contacts, const std::vector<Vec3>& points, Index a, 
   const auto [low, high] = std::minmax(a, b);
   const Vec3 origin = points[at(low)], along = points[at(high)] - origin;
   std::vector<std::pair<double, Index>> between;
-  for (const Index v : found->second)
-    between.emplace_back(along.dot(points[at(v)] - origin), v);
+  for (const Index v : found->second) between.emplace_back(along.dot(points[at(v)] - origin), v);
   std::sort(between.begin(), between.end());
   if (a > b) std::reverse(between.begin(), between.end());
   Index last = a;

@@ -35,8 +35,7 @@ std::vector<Index> shared_corners(const Pieces& pieces, const Surface& surface) 
   std::vector<Index> parent(pieces.corners.size());
   std::iota(parent.begin(), parent.end(), 0);
   const auto root = [&](Index c) {
-    while (parent[at(c)] != c)
-      c = parent[at(c)] = parent[at(parent[at(c)])];
+    while (parent[at(c)] != c) c = parent[at(c)] = parent[at(parent[at(c)])];
     return c;
   };
   const auto unite = [&](Index a, Index b) {
@@ -66,8 +65,7 @@ std::vector<Index> shared_corners(const Pieces& pieces, const Surface& surface) 
     return a.key != b.key ? a.key < b.key : a.corner < b.corner;
   });
   for (std::size_t k = 0, next; k < sides.size(); k = next) {
-    for (next = k + 1; next < sides.size() && sides[next].key == sides[k].key;)
-      ++next;
+    for (next = k + 1; next < sides.size() && sides[next].key == sides[k].key;) ++next;
     if (next - k != 2) continue;
     const Side &a = sides[k], &b = sides[k + 1];
     const auto material = [&](const Side& side) {
@@ -81,8 +79,7 @@ std::vector<Index> shared_corners(const Pieces& pieces, const Surface& surface) 
     unite(a.corner, b.next);
     unite(a.next, b.corner);
   }
-  for (std::size_t c = 0; c < parent.size(); ++c)
-    parent[c] = root(static_cast<Index>(c));
+  for (std::size_t c = 0; c < parent.size(); ++c) parent[c] = root(static_cast<Index>(c));
   return parent;
 }
 
@@ -135,8 +132,7 @@ Index open_edges(const Surface& surface, const Contacts& contacts, const Scene& 
   Index open = 0;
   for (std::size_t k = 0, next; k < sides.size(); k = next) {
     const std::uint64_t key = sides[k].first;
-    for (next = k + 1; next < sides.size() && sides[next].first == key;)
-      ++next;
+    for (next = k + 1; next < sides.size() && sides[next].first == key;) ++next;
     if (next - k != 1 || scene.materials()[at(surface.material[at(sides[k].second)])].sides == Sides::both)
       continue;
     const double length = (surface.points[key >> 32] - surface.points[key & 0xffffffffU]).norm();

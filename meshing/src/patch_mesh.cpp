@@ -29,8 +29,7 @@ struct Topology {
 
   explicit Topology(const PatchMesh::Arrays& arrays) : split(arrays.vertices.size(), 0) {
     half_edges.reserve(arrays.vertices.size(), arrays.corners.size() * 3 / 4, arrays.patch_material.size());
-    for (std::size_t v = 0; v < arrays.vertices.size(); ++v)
-      add_vertex(static_cast<Index>(v));
+    for (std::size_t v = 0; v < arrays.vertices.size(); ++v) add_vertex(static_cast<Index>(v));
     std::vector<HalfEdges::VertexHandle> loop;
     for (std::size_t p = 0; p + 1 < arrays.patch_start.size(); ++p) {
       const auto first = at(arrays.patch_start[p]), n = at(arrays.patch_start[p + 1]) - first;
@@ -53,8 +52,7 @@ struct Topology {
       const auto face = half_edges.add_face(loop);
       omerr().enable();
       if (face.is_valid()) continue;
-      for (std::size_t k = 0; k < n; ++k)
-        loop[k] = replace(corners[k]);
+      for (std::size_t k = 0; k < n; ++k) loop[k] = replace(corners[k]);
       half_edges.add_face(loop);
     }
   }
@@ -149,10 +147,8 @@ PatchMesh::PatchMesh(Arrays arrays) : arrays_(std::move(arrays)) {
   if (patches == 0) lower_ = upper_ = Vec3::Zero();
 
   vertex_patches_.start.assign(vertices.size() + 1, 0);
-  for (const Index v : corners)
-    ++vertex_patches_.start[at(v) + 1];
-  for (std::size_t v = 0; v < vertices.size(); ++v)
-    vertex_patches_.start[v + 1] += vertex_patches_.start[v];
+  for (const Index v : corners) ++vertex_patches_.start[at(v) + 1];
+  for (std::size_t v = 0; v < vertices.size(); ++v) vertex_patches_.start[v + 1] += vertex_patches_.start[v];
   // A patch that passes a vertex twice is listed once; the gap closes below.
   std::vector<Index> used(vertices.size(), 0), last(vertices.size(), -1);
   vertex_patches_.items.resize(corners.size());
@@ -200,15 +196,13 @@ Index PatchMesh::bands() const {
 
 BandArray PatchMesh::reflectance() const {
   BandArray rho(patch_count(), bands());
-  for (Index p = 0; p < patch_count(); ++p)
-    rho.row(p) = material_of(p).reflectance;
+  for (Index p = 0; p < patch_count(); ++p) rho.row(p) = material_of(p).reflectance;
   return rho;
 }
 
 BandArray PatchMesh::emission() const {
   BandArray emission(patch_count(), bands());
-  for (Index p = 0; p < patch_count(); ++p)
-    emission.row(p) = material_of(p).emission;
+  for (Index p = 0; p < patch_count(); ++p) emission.row(p) = material_of(p).emission;
   return emission;
 }
 

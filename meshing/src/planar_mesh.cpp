@@ -70,7 +70,8 @@ class Mesher {
     // equilateral triangles.
     for (const auto& [a, b] : boundary_) {
       const Vec2 &p = points_[at(a)], &q = points_[at(b)];
-      if (std::abs(p.y() - q.y()) > 1e-6 * spacing || std::abs(p.x() - q.x()) <= longest) continue;
+      if (std::abs(p.y() - q.y()) > 1e-6 * spacing || std::abs(p.x() - q.x()) <= longest * (1 + 1e-6))
+        continue;
       longest = std::abs(p.x() - q.x());
       phase = (p + q) / 2;
     }
@@ -94,51 +95,13 @@ class Mesher {
       }
     }
     Face near;
-    for (const Vec2& p : added)
-      near = add(p, near)->face();
+    for (const Vec2& p : added) near = add(p, near)->face();
     mark_regions();
   }
 
-  /// Moves each point inside towards the mean of its neighbours, which evens out the seam between lattice and
-  /// boundary, unless a triangle would turn over or an edge become longer than `longest`; then triangulates
-  /// anew. In the order of the points' numbers, so that the same bits come out every time.
-  void smooth(double longest) {
-    std::vector<Vertex> vertices(points_.size());
-    for (const Vertex v : triangulation_.finite_vertex_handles())
-      if (v->info().number != kUnnumbered) vertices[at(v->info().number)] = v;
-    std::vector<Vertex> ring;
-    constexpr int kPasses = 3;
-    for (int pass = 0; pass < kPasses; ++pass)
-      for (std::size_t n = at(first_added_); n < vertices.size(); ++n) {
-        ring.clear();
-        auto neighbour = triangulation_.incident_vertices(vertices[n]), done = neighbour;
-        do ring.push_back(neighbour);
-        while (++neighbour != done);
-        // The ring starts anywhere; its sum must not depend on that.
-        std::rotate(ring.begin(),
-                    std::min_element(ring.begin(), ring.end(),
-                                     [](Vertex a, Vertex b) { return a->info().number < b->info().number; }),
-                    ring.end());
-        Vec2 mean = Vec2::Zero();
-        for (const Vertex v : ring) mean += (position(v) - points_[n]) / static_cast<double>(ring.size());
-        mean += points_[n];
-        bool allowed = true;
-        for (std::size_t k = 0; k < ring.size() && allowed; ++k) {
-          const Vec2 a = position(ring[k]), b = position(ring[(k + 1) % ring.size()]);
-          allowed = cross(a - mean, b - mean) > 0 && (a - mean).norm() <= longest;
-        }
-        if (!allowed) continue;
-        points_[n] = mean;
-        vertices[n]->set_point(Point(mean.x(), mean.y()));
-      }
-    const Index first_added = first_added_;
-    *this = Mesher(std::move(points_), boundary_, lines_);
-    first_added_ = first_added;
-  }
-
   void halve_edges_longer_than(double longest) {
-    // Each round halves the longest edges first. A point halves an edge that is the longest of both its
-    // triangles, so rounds end; the limit guards against rounding.
+    // Longest first, so that a point halves an edge that is the longest of both its triangles. Two or three
+    // rounds do where the lattice is finer than `longest`; the limit guards the case that it is not.
     for (int round = 0; round < 20; ++round) {
       struct Long {
         double squared;
@@ -158,7 +121,8 @@ class Mesher {
       const auto order = [](const Long& edge) {
         return std::tuple(-edge.squared, edge.a->info().number, edge.b->info().number);
       };
-      std::sort(edges.begin(), edges.end(), [&](const Long& x, const Long& y) { return order(x) < order(y); });
+      std::sort(edges.begin(), edges.end(),
+                [&](const Long& x, const Long& y) { return order(x) < order(y); });
       for (const Long& edge : edges)
         if (triangulation_.is_edge(edge.a, edge.b))
           add((position(edge.a) + position(edge.b)) / 2, edge.a->face());
@@ -181,8 +145,6 @@ class Mesher {
     std::sort(mesh.triangles.begin(), mesh.triangles.end());
     return mesh;
   }
-
-  void set_given() { first_added_ = static_cast<Index>(points_.size()); }
 
  private:
   /// Kept edges by square cells of one spacing.
@@ -247,8 +209,7 @@ class Mesher {
   /// decides. (Counting how often the way from infinity crosses the boundary fails where a boundary edge
   /// runs through another point of the boundary.)
   void mark_regions() {
-    for (const Face f : triangulation_.all_face_handles())
-      f->info().region = Region::unvisited;
+    for (const Face f : triangulation_.all_face_handles()) f->info().region = Region::unvisited;
     std::vector<Vec2> ends;
     std::vector<Face> region;
     const auto visit = [&](Face start) {
@@ -278,8 +239,7 @@ class Mesher {
         }
       }
       if (!inside_boundary(centre)) continue;
-      for (const Face g : region)
-        g->info().region = Region::inside;
+      for (const Face g : region) g->info().region = Region::inside;
     }
   }
 
@@ -296,7 +256,6 @@ class Mesher {
 
   std::vector<Vec2> points_;
   Edges boundary_, lines_;
-  Index first_added_ = 0;  ///< points from here on may move
   Triangulation triangulation_;
 };
 
@@ -305,12 +264,8 @@ class Mesher {
 PlanarMesh mesh_polygon(std::vector<Vec2> points, Edges boundary, Edges lines, double spacing,
                         double longest) {
   Mesher mesher(std::move(points), boundary, lines);
-  mesher.set_given();
   if (std::isfinite(spacing)) {
     mesher.add_lattice(spacing);
-    mesher.halve_edges_longer_than(longest);
-    for (int pass = 0; pass < 3; ++pass)
-      mesher.smooth();
     mesher.halve_edges_longer_than(longest);
   }
   return mesher.result();

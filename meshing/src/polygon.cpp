@@ -30,8 +30,7 @@ double longest_edge(std::span<const Vec3> points, std::span<const Index> corners
 
 double magnitude(std::span<const Vec3> points, std::span<const Index> corners) {
   double greatest = 0;
-  for (const Index c : corners)
-    greatest = std::max(greatest, points[at(c)].cwiseAbs().maxCoeff());
+  for (const Index c : corners) greatest = std::max(greatest, points[at(c)].cwiseAbs().maxCoeff());
   return greatest;
 }
 
@@ -46,7 +45,8 @@ Plane::Plane(std::span<const Vec3> points, std::span<const Index> corners) {
     const Vec3& a = points[at(corners[k])];
     const Vec3 edge = points[at(corners[(k + 1) % corners.size()])] - a;
     mean += a - first;
-    if (edge.squaredNorm() > longest.squaredNorm()) longest = edge;
+    // Of equal edges the first, whatever rounding says.
+    if (edge.squaredNorm() > longest.squaredNorm() * (1 + tolerance::kPlanarity)) longest = edge;
   }
   origin = first + mean / static_cast<double>(corners.size());
   n = area_vector(points, corners).normalized();
@@ -57,8 +57,7 @@ Plane::Plane(std::span<const Vec3> points, std::span<const Index> corners) {
 std::vector<Vec2> project(const Plane& plane, std::span<const Vec3> points, std::span<const Index> corners) {
   std::vector<Vec2> ring;
   ring.reserve(corners.size());
-  for (const Index c : corners)
-    ring.push_back(plane.project(points[at(c)]));
+  for (const Index c : corners) ring.push_back(plane.project(points[at(c)]));
   return ring;
 }
 
@@ -135,13 +134,11 @@ std::vector<std::array<Index, 3>> triangles(std::span<const Vec3> points, std::s
     }
   } else if (is_convex(ring, tolerance::kPlanarity)) {
     std::vector<std::array<Index, 3>> fan;
-    for (Index k = 1; k + 1 < n; ++k)
-      fan.push_back({0, k, k + 1});
+    for (Index k = 1; k + 1 < n; ++k) fan.push_back({0, k, k + 1});
     return fan;
   }
   std::vector<std::array<Index, 2>> edges;
-  for (Index k = 0; k < n; ++k)
-    edges.push_back({k, (k + 1) % n});
+  for (Index k = 0; k < n; ++k) edges.push_back({k, (k + 1) % n});
   return mesh_polygon(ring, edges).triangles;
 }
 

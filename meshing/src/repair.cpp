@@ -95,8 +95,7 @@ std::vector<std::vector<Neighbour>> neighbours(const Surface& surface) {
   std::stable_sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) { return a.key < b.key; });
   std::vector<std::vector<Neighbour>> result(at(surface.count()));
   for (std::size_t k = 0, next; k < sides.size(); k = next) {
-    for (next = k + 1; next < sides.size() && sides[next].key == sides[k].key;)
-      ++next;
+    for (next = k + 1; next < sides.size() && sides[next].key == sides[k].key;) ++next;
     if (next - k != 2 || sides[k].polygon == sides[k + 1].polygon) continue;
     const bool agrees = sides[k].forward != sides[k + 1].forward;
     result[at(sides[k].polygon)].push_back({sides[k + 1].polygon, agrees});
@@ -169,8 +168,7 @@ Surface repair(const Scene& scene, Repairs& repairs, std::vector<std::string>& w
     loop.clear();
     for (const Index c : scene.corners(f))
       if (loop.empty() || loop.back() != first[at(c)]) loop.push_back(first[at(c)]);
-    while (loop.size() > 1 && loop.back() == loop.front())
-      loop.pop_back();
+    while (loop.size() > 1 && loop.back() == loop.front()) loop.pop_back();
     const auto height = [&] {
       return 2 * polygon::area_vector(surface.points, loop).norm() /
              polygon::longest_edge(surface.points, loop);

@@ -33,8 +33,7 @@ Subdivision::Subdivision(const Surface& surface, const Contacts& contacts) : poi
   auto line = contacts.lines.begin();
   for (Index p = 0; p < surface.count(); ++p) {
     const auto first = line;
-    while (line != contacts.lines.end() && line->polygon == p)
-      ++line;
+    while (line != contacts.lines.end() && line->polygon == p) ++line;
     add_polygon(surface, contacts, p, {first, line});
   }
   same_count_.resize(edges_.size());
@@ -47,13 +46,11 @@ Subdivision::Subdivision(const Surface& surface, const Contacts& contacts) : poi
       same_count_[at(std::max(a, b))] = std::min(a, b);
     }
   }
-  for (std::size_t e = 0; e < edges_.size(); ++e)
-    same_count_[e] = opposite_root(static_cast<Index>(e));
+  for (std::size_t e = 0; e < edges_.size(); ++e) same_count_[e] = opposite_root(static_cast<Index>(e));
 }
 
 Index Subdivision::opposite_root(Index edge) const {
-  while (same_count_[at(edge)] != edge)
-    edge = same_count_[at(edge)];
+  while (same_count_[at(edge)] != edge) edge = same_count_[at(edge)];
   return edge;
 }
 
@@ -73,8 +70,7 @@ void Subdivision::add_polygon(const Surface& surface, const Contacts& contacts, 
     const Index a = loop[k], b = loop[(k + 1) % loop.size()];
     const std::vector<Index> way = contacts.chain(points_, a, b);
     const bool crease = contacts.creases.contains(edge_key(a, b));
-    for (std::size_t s = 0; s + 1 < way.size(); ++s)
-      uses_.push_back(use(way[s], way[s + 1], crease));
+    for (std::size_t s = 0; s + 1 < way.size(); ++s) uses_.push_back(use(way[s], way[s + 1], crease));
   }
   polygon.boundary = uses_.size() - polygon.first;
 
@@ -88,8 +84,7 @@ void Subdivision::add_polygon(const Surface& surface, const Contacts& contacts, 
     }
     const auto left = [&](Index v) { return plane.project(points_[at(v)]).x(); };
     std::vector<std::pair<double, Index>> sorted;
-    for (const Index v : kept)
-      sorted.emplace_back(left(v), v);
+    for (const Index v : kept) sorted.emplace_back(left(v), v);
     std::sort(sorted.begin(), sorted.end());
     const auto stand_in = [&](Index v) {
       const double x = left(v);
@@ -133,8 +128,7 @@ Pieces Subdivision::pieces(double size) const {
   }
   // A piece has at most four corners, and corners are numbered, too.
   double expected = 0, inner_points = 0;
-  for (std::size_t e = 0; e < edges_.size(); ++e)
-    inner_points += wanted[at(same_count_[e])] - 1;
+  for (std::size_t e = 0; e < edges_.size(); ++e) inner_points += wanted[at(same_count_[e])] - 1;
   for (const Polygon& polygon : polygons_) {
     const auto count = [&](std::size_t k) {
       return wanted[at(same_count_[at(uses_[polygon.first + k].edge)])];
@@ -143,8 +137,7 @@ Pieces Subdivision::pieces(double size) const {
       expected += count(0) * count(1);
     } else {
       expected += polygon.area / (size * size);
-      for (std::size_t k = 0; k < polygon.boundary + polygon.lines; ++k)
-        expected += count(k);
+      for (std::size_t k = 0; k < polygon.boundary + polygon.lines; ++k) expected += count(k);
     }
   }
   if (std::max(expected, inner_points + static_cast<double>(points_.size())) > kMost / 4)
@@ -161,8 +154,7 @@ Pieces Subdivision::pieces(double size) const {
     division.count[e] = n;
     division.first[e] = static_cast<Index>(result.points.size());
     const Vec3 &a = points_[at(edge.a)], &b = points_[at(edge.b)];
-    for (Index k = 1; k < n; ++k)
-      result.points.push_back(a + static_cast<double>(k) / n * (b - a));
+    for (Index k = 1; k < n; ++k) result.points.push_back(a + static_cast<double>(k) / n * (b - a));
     if (!edge.crease) continue;
     const Use whole{static_cast<Index>(e), true};
     for (Index k = 0; k < n; ++k)
@@ -268,8 +260,9 @@ void Subdivision::add_mesh(const Polygon& polygon, const Division& division, dou
     length += edge_length;
     moment += edge_length * edge_length / n;
   }
-  // Mean length of the boundary's pieces; long edges give (size/2, size], short ones must not shrink the rest.
-  const double spacing = std::isfinite(size) ? (getenv("FAC")?atof(getenv("FAC")):1.0)*std::clamp(moment / length, size / 2, size) : size;
+  // Mean length of the boundary's pieces. Short edges must not make the rest finer than the size asks for, and
+  // a lattice as wide as the size would leave no room for the longer edges at its seam with the boundary.
+  const double spacing = std::isfinite(size) ? std::clamp(moment / length, 0.5 * size, 0.85 * size) : size;
 
   const polygon::Plane plane(pieces.points, loop);
   const PlanarMesh mesh =

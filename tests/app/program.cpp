@@ -37,8 +37,7 @@ Outcome run_program(const fs::path& folder, const std::vector<std::string>& argu
   std::string program = RADIOSITY_PROGRAM;
   std::vector<std::string> copies = arguments;
   argv.push_back(program.data());
-  for (std::string& argument : copies)
-    argv.push_back(argument.data());
+  for (std::string& argument : copies) argv.push_back(argument.data());
   argv.push_back(nullptr);
 
   const pid_t child = fork();
@@ -61,6 +60,7 @@ Outcome run_program(const fs::path& folder, const std::vector<std::string>& argu
   for (ssize_t n = 0; (n = read(out[0], buffer.data(), buffer.size())) > 0;) {
     run.out.append(buffer.data(), static_cast<std::size_t>(n));
     if (!sent && run.out.find(interrupt_at) != std::string::npos) {
+      usleep(100'000);  // lets the stage begin that the text announces; nothing depends on it
       kill(child, SIGINT);
       sent = true;
     }

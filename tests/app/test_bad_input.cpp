@@ -50,8 +50,7 @@ TEST_F(BadInput, FileThatIsNotWhatItsNameSays) {
   write("room.vtp", "this is not a mesh\n");
   write("room.glb", "this is not a mesh\n");
   write("room.toml", "this is not a scene\n");
-  for (const char* scene : {"room.ply", "room.vtp", "room.glb", "room.toml"})
-    expect_unsolvable(scene, scene);
+  for (const char* scene : {"room.ply", "room.vtp", "room.glb", "room.toml"}) expect_unsolvable(scene, scene);
 }
 
 TEST_F(BadInput, EmptyMesh) {
@@ -164,7 +163,8 @@ TEST_F(BadInput, FormFactorsLargerThanTheMemoryLimit) {
 
 TEST_F(BadInput, NoSolutionWhereNothingAbsorbs) {
   write_cube(1, 1, 1);
-  expect_unsolvable("cube.toml", "1");
+  write("cube.toml", read("cube.toml") + "[patches]\nsize = 0.5\n");
+  expect_unsolvable("cube.toml", "reflectance");
 }
 
 TEST_F(BadInput, CameraFileWithoutACamera) {

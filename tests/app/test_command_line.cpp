@@ -57,8 +57,7 @@ TEST_F(CommandLine, HelpOfEachCommandListsEveryOption) {
     const Outcome result = run({command, "--help"});
     EXPECT_EQ(result.status, 0);
     EXPECT_EQ(result.err, "");
-    for (const std::string& option : options)
-      EXPECT_THAT(result.out, HasSubstr(option)) << command;
+    for (const std::string& option : options) EXPECT_THAT(result.out, HasSubstr(option)) << command;
   }
 }
 
@@ -66,8 +65,7 @@ TEST_F(CommandLine, HelpOfEachCommandListsEveryOption) {
 std::string one_line(const std::string& text) {
   std::istringstream words(text);
   std::string result;
-  for (std::string word; words >> word;)
-    result += word + " ";
+  for (std::string word; words >> word;) result += word + " ";
   return result;
 }
 
@@ -77,8 +75,7 @@ TEST_F(CommandLine, HelpTakesMethodsAndSolversFromTheirTables) {
     EXPECT_THAT(help, HasSubstr(std::string(method.summary)));
     EXPECT_THAT(help, HasSubstr(std::string(method.name) + " " + std::to_string(method.default_setting)));
   }
-  for (const auto& solver : solvers())
-    EXPECT_THAT(help, HasSubstr(std::string(solver.summary)));
+  for (const auto& solver : solvers()) EXPECT_THAT(help, HasSubstr(std::string(solver.summary)));
 }
 
 TEST_F(CommandLine, NamesTheNearestOptionToAnUnknownOne) {

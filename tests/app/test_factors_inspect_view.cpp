@@ -21,8 +21,7 @@ class Factors : public ProgramTest {
     while (std::getline(stream, line) && line.starts_with('%')) {
     }
     std::map<std::pair<int, int>, double> entries;
-    for (int i = 0, j = 0; stream >> i >> j;)
-      stream >> entries[{i, j}];
+    for (int i = 0, j = 0; stream >> i >> j;) stream >> entries[{i, j}];
     return entries;
   }
   // C-11: opposed unit squares at distance 1, F = 0.1998248957; no material, no lamp.
@@ -62,7 +61,7 @@ TEST_F(Factors, OfPatchesAddUpToThoseOfTheirFaces) {
 
 TEST_F(Factors, AreLeftUnwrittenWhenInterrupted) {
   write_cube();
-  const Outcome result = run({"factors", "cube.obj", "-o", "F.mtx", "--patch-size", "0.02", "--method",
+  const Outcome result = run({"factors", "cube.toml", "-o", "F.mtx", "--patch-size", "0.02", "--method",
                               "hemisphere", "--samples", "65536"},
                              "method ");
   EXPECT_EQ(result.status, 3);
@@ -94,8 +93,7 @@ class ViewCommand : public ProgramTest {
   static std::pair<unsigned, unsigned> png_size(const std::string& png) {
     const auto number = [&](std::size_t at) {
       unsigned value = 0;
-      for (std::size_t k = at; k < at + 4; ++k)
-        value = value << 8 | static_cast<unsigned char>(png.at(k));
+      for (std::size_t k = at; k < at + 4; ++k) value = value << 8 | static_cast<unsigned char>(png.at(k));
       return value;
     };
     return {number(16), number(20)};

@@ -111,8 +111,7 @@ TEST(Analytic, AddsUpToTheWholeWhenPatchesAreCut) {
   const PatchMesh cut = MeshBuilder().grid({0, 0, 0}, x, y, 3, 2).grid({0, 0, 0}, z, x, 4, 5).build();
   const Eigen::MatrixXd f = factors(cut);
   double sum = 0;
-  for (Index i = 0; i < 6; ++i)
-    sum += cut.area(i) * f.row(i).segment(6, 20).sum();
+  for (Index i = 0; i < 6; ++i) sum += cut.area(i) * f.row(i).segment(6, 20).sum();
   EXPECT_RELATIVE(sum, factor(whole), 1e-6);
 }
 

@@ -58,8 +58,7 @@ TEST(FormFactorMatrix, MultipliesAllBandsAtOnceForAnyNumberOfBands) {
     for (const Index bands : {1, 2, 3, 4, 7}) {
       std::mt19937_64 random(9);
       BandArray x(37, bands), y;
-      for (double& value : x.reshaped())
-        value = uniform(random);
+      for (double& value : x.reshaped()) value = uniform(random);
       f.multiply(x, y);
       const Eigen::MatrixXd expected = as_dense(f) * x.matrix();
       EXPECT_LT((y.matrix() - expected).cwiseAbs().maxCoeff(), 1e-6) << bands << " bands";

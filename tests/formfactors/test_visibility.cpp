@@ -43,8 +43,7 @@ std::vector<Index> hits_from(const Visibility& visibility, Index patch, int coun
       packet.dz[k] = static_cast<float>(d.z());
     }
     visibility.first_hits(packet);
-    for (std::size_t k = 0; k < static_cast<std::size_t>(packet.count); ++k)
-      hits.push_back(packet.hit[k]);
+    for (std::size_t k = 0; k < static_cast<std::size_t>(packet.count); ++k) hits.push_back(packet.hit[k]);
   }
   return hits;
 }
@@ -89,8 +88,7 @@ TEST(Visibility, FindsFrontsBacksAndNothing) {
   std::mt19937_64 random(1);
   for (const Index hit : hits_from(visibility, 0, 100, random))
     EXPECT_TRUE(hit == Visibility::kNothing || hit == Visibility::kBack) << hit;
-  for (const Index hit : hits_from(visibility, 1, 100, random))
-    EXPECT_EQ(hit, Visibility::kNothing);
+  for (const Index hit : hits_from(visibility, 1, 100, random)) EXPECT_EQ(hit, Visibility::kNothing);
 }
 
 TEST(Visibility, LetsNoRayOutThroughTheSeamsOfAClosedRoom) {
@@ -102,8 +100,7 @@ TEST(Visibility, LetsNoRayOutThroughTheSeamsOfAClosedRoom) {
     std::mt19937_64 random(7);
     int lost = 0;
     for (Index i = 0; i < mesh.patch_count(); ++i)
-      for (const Index hit : hits_from(visibility, i, 256, random))
-        lost += hit < 0;
+      for (const Index hit : hits_from(visibility, i, 256, random)) lost += hit < 0;
     EXPECT_EQ(lost, 0);
   }
 }

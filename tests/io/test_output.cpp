@@ -108,11 +108,9 @@ ParsedMatrix parse(const fs::path& file) {
   std::getline(in, line);
   EXPECT_EQ(line, "%%MatrixMarket matrix coordinate real general");
   ParsedMatrix matrix;
-  while (std::getline(in, line) && line.starts_with('%'))
-    matrix.comments.push_back(line);
+  while (std::getline(in, line) && line.starts_with('%')) matrix.comments.push_back(line);
   std::istringstream(line) >> matrix.rows >> matrix.columns >> matrix.declared;
-  for (Entry e{}; in >> e.row >> e.column >> e.value;)
-    matrix.entries.push_back(e);
+  for (Entry e{}; in >> e.row >> e.column >> e.value;) matrix.entries.push_back(e);
   return matrix;
 }
 
@@ -165,8 +163,7 @@ TEST(MatrixMarket, NamesAFileThatCannotBeWritten) {
 
 std::vector<std::string> names(const Json& object) {
   std::vector<std::string> result;
-  for (const auto& [name, value] : object.items())
-    result.push_back(name);
+  for (const auto& [name, value] : object.items()) result.push_back(name);
   return result;
 }
 

@@ -171,10 +171,8 @@ TEST(ReadObj, ReadsTheOriginalCornellBoxAsItsFileSays) {
   EXPECT_EQ(name(0), "floor");
   EXPECT_EQ(name(4), "leftWall");
   // The short box stands before its own usemtl: the material of the wall before it still holds.
-  for (Index f = 5; f < 11; ++f)
-    EXPECT_EQ(name(f), "leftWall");
-  for (Index f = 11; f < 17; ++f)
-    EXPECT_EQ(name(f), "tallBox");
+  for (Index f = 5; f < 11; ++f) EXPECT_EQ(name(f), "leftWall");
+  for (Index f = 11; f < 17; ++f) EXPECT_EQ(name(f), "tallBox");
   EXPECT_EQ(name(17), "light");
   EXPECT_TRUE(
       (scene.materials()[static_cast<std::size_t>(scene.material(17))].emission == rgb(17, 12, 4)).all());

@@ -141,7 +141,7 @@ TEST_F(SceneFileTest, RejectsUnknownKeysNamingTheNearest) {
   EXPECT_THAT(error("[patches]\nsizes = 1\n"), HasSubstr("'size'"));
   EXPECT_THAT(error("[form_factors]\nsample = 1\n"), HasSubstr("'samples'"));
   EXPECT_THAT(error("[solver]\ntolerence = 1\n"), HasSubstr("'tolerance'"));
-  EXPECT_THAT(error("[camera]\npos = [0,0,0]\n"), HasSubstr("'position'"));
+  EXPECT_THAT(error("[camera]\npositon = [0,0,0]\n"), HasSubstr("'position'"));
 }
 
 TEST_F(SceneFileTest, RejectsAMaterialThatTheMeshDoesNotHave) {
@@ -164,7 +164,7 @@ TEST_F(SceneFileTest, DefinesMaterialsThatTheMeshOnlyNames) {
 
   const auto bad = directory_.write("bad.toml", "mesh = \"bare.obj\"\n[materials.wall]\nreflectance = 0.5\n");
   EXPECT_THAT(message_of<InputError>([&] { read_scene(bad); }),
-              AllOf(HasSubstr("bare.obj:7: face 2 uses material 'lamp'"), HasSubstr("bad.toml is 'wall'")));
+              AllOf(HasSubstr("bare.obj:8: face 2 uses material 'lamp'"), HasSubstr("bad.toml is 'wall'")));
 }
 
 TEST_F(SceneFileTest, RejectsValuesOutOfRangeNamingLineMaterialValueAndRule) {
@@ -241,6 +241,9 @@ TEST_F(SceneFileTest, AMeshThatEmitsNothingSaysHowToAddALamp) {
   EXPECT_THAT(message_of<InputError>([&] { require_emission(loaded.scene, file); }),
               AllOf(StartsWith(file.string()), HasSubstr("Ke "), HasSubstr("[materials.default]"),
                     HasSubstr("emission ="), HasSubstr("power =")));
+  // A scene file need not be told to make one.
+  EXPECT_THAT(message_of<InputError>([&] { require_emission(loaded.scene, "dark.toml"); }),
+              AllOf(HasSubstr("[materials.default]"), testing::Not(HasSubstr("Ke "))));
   EXPECT_NO_THROW(require_emission(read("").scene, "x"));
 }
 

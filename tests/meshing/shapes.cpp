@@ -57,8 +57,7 @@ Shape& Shape::append(const Shape& other) {
 
 Shape Shape::reversed() const {
   Shape result = *this;
-  for (auto& corners : result.faces)
-    std::reverse(corners.begin(), corners.end());
+  for (auto& corners : result.faces) std::reverse(corners.begin(), corners.end());
   return result;
 }
 
@@ -107,13 +106,10 @@ Scene icosphere(int rounds, double radius) {
       finer.insert(finer.end(), {{a, ab, ca}, {b, bc, ab}, {c, ca, bc}, {ab, bc, ca}});
     }
     triangles = std::move(finer);
-    for (Vec3& x : arrays.vertices)
-      x *= radius / x.norm();
+    for (Vec3& x : arrays.vertices) x *= radius / x.norm();
   }
-  for (Vec3& x : arrays.vertices)
-    x *= radius / x.norm();
-  for (const auto& triangle : triangles)
-    arrays.add_face(triangle, 0);
+  for (Vec3& x : arrays.vertices) x *= radius / x.norm();
+  for (const auto& triangle : triangles) arrays.add_face(triangle, 0);
   return Scene(std::move(arrays));
 }
 
@@ -142,8 +138,7 @@ double longest_edge(const PatchMesh& mesh) {
 
 int t_vertices(const PatchMesh& mesh) {
   std::map<Key, Vec3> places;
-  for (const Vec3& x : mesh.vertices())
-    places.emplace(key(x), x);
+  for (const Vec3& x : mesh.vertices()) places.emplace(key(x), x);
   const double near = 1e-9 * mesh.diagonal();
   int found = 0;
   for_each_edge(mesh, [&](const Vec3& a, const Vec3& b) {

@@ -24,8 +24,7 @@ struct Shape {
   Shape mapped(const Map& map) const {
     Shape result = *this;
     for (auto& corners : result.faces)
-      for (Vec3& x : corners)
-        x = map(x);
+      for (Vec3& x : corners) x = map(x);
     return result;
   }
   Scene scene(std::vector<Material> wanted = {grey()}) const;

@@ -96,8 +96,7 @@ TEST(Contacts, NoVertexOfTheFloorIsSharedAcrossItsContactLine) {
   };
   for (Index v = 0; v < mesh.vertex_count(); ++v) {
     const auto patches = mesh.vertex_patches(v);
-    for (const Index p : patches)
-      EXPECT_EQ(inside(p), inside(patches[0]));
+    for (const Index p : patches) EXPECT_EQ(inside(p), inside(patches[0]));
   }
 }
 
@@ -170,8 +169,7 @@ TEST(Contacts, AWallOnTheSeamOfTwoTilesIsACrease) {
 TEST(Contacts, FourLegsOnATriangulatedFloor) {
   Shape shape = Shape().face({{0, 0, 0}, {4, 0, 0}, {4, 4, 0}}).face({{0, 0, 0}, {4, 4, 0}, {0, 4, 0}});
   for (const double x : {1.0, 2.5})
-    for (const double y : {1.1, 2.7})
-      shape.box({x, y, 0}, {x + 0.1, y + 0.1, 0.7}, false, false);
+    for (const double y : {1.1, 2.7}) shape.box({x, y, 0}, {x + 0.1, y + 0.1, 0.7}, false, false);
   shape.box({1.7, 1.6, 0}, {2.2, 2.4, 1}, false, false);  // across the seam of the two triangles
   for (const double size : kSizes) {
     const Patches patches = make_patches(shape.scene(), PatchSize{size});

@@ -33,8 +33,7 @@ const std::vector<Vec3> kKeyhole{{0, 0, 0}, {3, 0, 0}, {3, 3, 0}, {0, 3, 0}, {0,
 
 std::size_t places(const PatchMesh& mesh) {
   std::set<std::array<double, 3>> found;
-  for (const Vec3& x : mesh.vertices())
-    found.insert({x.x(), x.y(), x.z()});
+  for (const Vec3& x : mesh.vertices()) found.insert({x.x(), x.y(), x.z()});
   return found.size();
 }
 
@@ -176,7 +175,10 @@ TEST(MakePatches, SinglePrecisionCoordinatesStayPlanar) {
 
 TEST(MakePatches, KeepFacesKeepsEveryFaceInOrder) {
   const Shape shape =
-      Shape(unit_cube()).face(kL).face(kKeyhole).face({{5, 0, 0}, {6, 0, 0}, {6, 1, 0.5}, {5, 1, 0}});
+      Shape(unit_cube())
+          .face(kKeyhole)
+          .append(Shape().face(kL).mapped([](const Vec3& x) { return Vec3(x + Vec3(0, 0, 9)); }))
+          .face({{5, 0, 0}, {6, 0, 0}, {6, 1, 0.5}, {5, 1, 0}});
   const Patches patches = make_patches(shape.scene(), KeepFaces{});
   ASSERT_EQ(patches.mesh.patch_count(), 9);
   EXPECT_EQ(patches.patch_size, 0);
@@ -185,8 +187,7 @@ TEST(MakePatches, KeepFacesKeepsEveryFaceInOrder) {
     const auto corners = patches.mesh.corners(p);
     const auto& face = shape.faces[static_cast<std::size_t>(p)];
     ASSERT_EQ(corners.size(), face.size());
-    for (std::size_t k = 0; k < face.size(); ++k)
-      EXPECT_EQ(patches.mesh.vertex(corners[k]), face[k]);
+    for (std::size_t k = 0; k < face.size(); ++k) EXPECT_EQ(patches.mesh.vertex(corners[k]), face[k]);
   }
 }
 
@@ -200,13 +201,10 @@ TEST(MakePatches, BackSidesFollowAtTheEnd) {
   for (Index p = 0; p < 20; ++p) {
     EXPECT_EQ(patches.mesh.surface(p), surfaces[static_cast<std::size_t>(p / 4)]);
     EXPECT_EQ(patches.mesh.normal(p), Vec3(0, 0, p < 12 ? 1 : -1));
-    for (const Index v : patches.mesh.corners(p))
-      (p < 12 ? front : back).insert(v);
+    for (const Index v : patches.mesh.corners(p)) (p < 12 ? front : back).insert(v);
   }
-  for (Index p = 0; p < 4; ++p)
-    EXPECT_EQ(patches.mesh.centroid(p), patches.mesh.centroid(p + 12));
-  for (const Index v : back)
-    EXPECT_FALSE(front.contains(v));
+  for (Index p = 0; p < 4; ++p) EXPECT_EQ(patches.mesh.centroid(p), patches.mesh.centroid(p + 12));
+  for (const Index v : back) EXPECT_FALSE(front.contains(v));
   EXPECT_EQ(back.size(), 18U);  // smooth within each back, too
 }
 
@@ -216,16 +214,14 @@ TEST(MakePatches, ASmoothSphereSharesAllVertices) {
     const PatchMesh mesh = make_patches(scene, options).mesh;
     EXPECT_EQ(mesh.patch_count(), 320);
     EXPECT_EQ(mesh.vertex_count(), 162);
-    for (Index v = 0; v < mesh.vertex_count(); ++v)
-      EXPECT_FALSE(mesh.on_border(v));
+    for (Index v = 0; v < mesh.vertex_count(); ++v) EXPECT_FALSE(mesh.on_border(v));
   }
   const PatchMesh fine = make_patches(scene, PatchSize{0.1}).mesh;
   EXPECT_EQ(unmatched_edges(fine), 0);
   // Triangles only: E = 3F/2, so V = 2 + F/2.
   EXPECT_EQ(fine.vertex_count(), 2 + fine.patch_count() / 2);
   double area = 0;
-  for (Index f = 0; f < scene.face_count(); ++f)
-    area += scene.area_vector(f).norm();
+  for (Index f = 0; f < scene.face_count(); ++f) area += scene.area_vector(f).norm();
   EXPECT_NEAR(total_area(fine), area, 1e-12);
 }
 

@@ -19,8 +19,7 @@ PatchMesh::Arrays raster(Index n) {
   PatchMesh::Arrays arrays;
   arrays.materials = {grey()};
   for (Index y = 0; y < n; ++y)
-    for (Index x = 0; x < n; ++x)
-      arrays.vertices.push_back(Vec3(x, y, 0));
+    for (Index x = 0; x < n; ++x) arrays.vertices.push_back(Vec3(x, y, 0));
   return arrays;
 }
 
@@ -33,15 +32,13 @@ void add(PatchMesh::Arrays& arrays, std::vector<Index> corners) {
 
 TEST(PatchMesh, NeighboursOfABlockOfFour) {
   auto arrays = raster(3);
-  for (const Index c : {0, 1, 3, 4})
-    add(arrays, {c, c + 1, c + 4, c + 3});
+  for (const Index c : {0, 1, 3, 4}) add(arrays, {c, c + 1, c + 4, c + 3});
   const PatchMesh mesh(arrays);
   EXPECT_THAT(mesh.vertex_patches(4), ElementsAre(0, 1, 2, 3));
   EXPECT_THAT(mesh.vertex_neighbours(4), ElementsAre(1, 3, 5, 7));
   EXPECT_THAT(mesh.vertex_patches(0), ElementsAre(0));
   EXPECT_THAT(mesh.vertex_neighbours(1), ElementsAre(0, 2, 4));
-  for (Index v = 0; v < 9; ++v)
-    EXPECT_EQ(mesh.on_border(v), v != 4);
+  for (Index v = 0; v < 9; ++v) EXPECT_EQ(mesh.on_border(v), v != 4);
 }
 
 TEST(PatchMesh, ThreePatchesAtAnEdgeAreABorder) {
@@ -54,8 +51,7 @@ TEST(PatchMesh, ThreePatchesAtAnEdgeAreABorder) {
   const PatchMesh mesh(arrays);
   EXPECT_THAT(mesh.vertex_patches(0), ElementsAre(0, 1, 2));
   EXPECT_THAT(mesh.vertex_neighbours(0), ElementsAre(1, 2, 3, 4));
-  for (Index v = 0; v < 5; ++v)
-    EXPECT_TRUE(mesh.on_border(v));
+  for (Index v = 0; v < 5; ++v) EXPECT_TRUE(mesh.on_border(v));
 }
 
 TEST(PatchMesh, TwoClosedFansAtOneVertexAreABorder) {
@@ -73,8 +69,7 @@ TEST(PatchMesh, TwoClosedFansAtOneVertexAreABorder) {
   EXPECT_TRUE(mesh.on_border(0));
   EXPECT_EQ(mesh.vertex_patches(0).size(), 6U);
   EXPECT_EQ(mesh.vertex_neighbours(0).size(), 6U);
-  for (Index v = 1; v < 7; ++v)
-    EXPECT_FALSE(mesh.on_border(v));
+  for (Index v = 1; v < 7; ++v) EXPECT_FALSE(mesh.on_border(v));
 }
 
 TEST(PatchMesh, AKeyholePatchListsItsBridgeOnce) {

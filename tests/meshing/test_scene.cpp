@@ -104,8 +104,7 @@ TEST(Scene, AreaOfAMaterialCountsBothSidesOfATwoSidedOne) {
 
 TEST(Scene, AreaVectorIsAccurateFarFromTheOrigin) {
   auto arrays = unit_square();
-  for (Vec3& x : arrays.vertices)
-    x += Vec3::Constant(1e7);
+  for (Vec3& x : arrays.vertices) x += Vec3::Constant(1e7);
   // Differences of the coordinates, which are whole numbers, are exact.
   EXPECT_EQ(Scene(arrays).area_vector(0), Vec3(0, 0, 1));
 }

@@ -19,8 +19,7 @@ int main() {
   cube.materials = {{"wall", BandValues::Constant(1, reflectance), BandValues::Constant(1, emission)}};
   const std::array<std::array<Index, 4>, 6> faces{
       {{3, 2, 1, 0}, {4, 5, 6, 7}, {0, 1, 5, 4}, {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}}};
-  for (const auto& face : faces)
-    cube.add_face(face, 0);
+  for (const auto& face : faces) cube.add_face(face, 0);
 
   const Patches patches = make_patches(Scene(cube), PatchSize{0.25});
   const Visibility visibility(patches.mesh);

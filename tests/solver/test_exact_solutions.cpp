@@ -50,7 +50,8 @@ INSTANTIATE_TEST_SUITE_P(All, EveryPair,
                                           testing::ValuesIn(pointers(solvers()))),
                          [](const auto& pair) {
                            std::string name(std::get<0>(pair.param)->name);
-                           name += "_" + std::string(std::get<1>(pair.param)->name);
+                           name += '_';
+                           name += std::get<1>(pair.param)->name;
                            std::erase(name, '-');
                            return name;
                          });
@@ -117,8 +118,7 @@ TEST_P(EveryMethod, LightsConcentricBallsAsTheShellFormulaSays) {
   const auto inner = [&](Index i) { return mesh.material(i) == 0; };
   const auto outer = [&](Index i) { return mesh.material(i) == 1; };
   double a1 = 0;
-  for (Index i = 0; i < mesh.patch_count(); ++i)
-    a1 += inner(i) ? mesh.area(i) : 0;
+  for (Index i = 0; i < mesh.patch_count(); ++i) a1 += inner(i) ? mesh.area(i) : 0;
   const Eigen::Vector2d expected = shell(a1 / (mesh.areas().sum() - a1));
   EXPECT_NEAR(mean(mesh, b, inner), expected[0], 0.01);
   EXPECT_NEAR(mean(mesh, b, outer), expected[1], 0.01);

@@ -41,8 +41,7 @@ TEST(SolverTable, ListsTheNamesWhenAskedForAnUnknownOne) {
     find_solver("gauss");
     FAIL() << "no error";
   } catch (const InputError& error) {
-    for (const SolverInfo& info : solvers())
-      EXPECT_THAT(error.what(), HasSubstr(std::string(info.name)));
+    for (const SolverInfo& info : solvers()) EXPECT_THAT(error.what(), HasSubstr(std::string(info.name)));
   }
 }
 
@@ -217,8 +216,7 @@ TEST_P(AnySolver, ShowsNothingInAWhiteFurnace) {
   const RandomEnclosure enclosure = random_enclosure(40, 23);
   std::mt19937_64 random(1);
   BandArray rho(40, 2);
-  for (double& value : rho.reshaped())
-    value = 0.95 * uniform(random);
+  for (double& value : rho.reshaped()) value = 0.95 * uniform(random);
   rho(4, 0) = rho(7, 1) = 0;
   const Problem problem(dense_matrix(enclosure.f), enclosure.areas, rho, 1 - rho);
   EXPECT_LT((solve_to(problem, 1e-8).radiosity - 1).abs().maxCoeff(), 1e-5);
@@ -255,8 +253,7 @@ TEST_P(AnySolver, TakesEmissionAsTheAnswerWhereAllIsBlack) {
   const RandomEnclosure enclosure = random_enclosure(30, 2);
   std::mt19937_64 random(2);
   BandArray e(30, 2);
-  for (double& value : e.reshaped())
-    value = uniform(random);
+  for (double& value : e.reshaped()) value = uniform(random);
   const Problem problem(dense_matrix(enclosure.f), enclosure.areas, BandArray::Zero(30, 2), e);
   const SolveResult result = solve(problem);
   EXPECT_TRUE((result.radiosity == e).all());
@@ -360,8 +357,7 @@ TEST_P(AnySolver, StopsWhenTheCallerHasSeenEnough) {
   ASSERT_EQ(last.cols(), problem->system.bands());
   EXPECT_LT((result.radiosity - last).abs().maxCoeff(), 1e-12);
   ASSERT_EQ(result.report.history.size(), 4u);
-  for (std::size_t k = 0; k < 3; ++k)
-    EXPECT_EQ(result.report.history[k + 1], residuals[k]);
+  for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(result.report.history[k + 1], residuals[k]);
 }
 
 TEST_P(AnySolver, GivesTheSameBitsWithAnyNumberOfThreads) {

@@ -18,8 +18,7 @@ PatchMesh plate(Index nu, Index nv) {
 /// f at the centroids of the patches.
 BandArray sampled(const PatchMesh& mesh, const auto& f) {
   BandArray values(mesh.patch_count(), 1);
-  for (Index i = 0; i < mesh.patch_count(); ++i)
-    values(i, 0) = f(mesh.centroid(i));
+  for (Index i = 0; i < mesh.patch_count(); ++i) values(i, 0) = f(mesh.centroid(i));
   return values;
 }
 
@@ -112,8 +111,7 @@ TEST(VertexValues, NeverFallBelowZero) {
 TEST(VertexValues, LetNothingBleedRoundTheEdgesOfACube) {
   const PatchMesh mesh = cube_room(2);
   BandArray b(mesh.patch_count(), 1);
-  for (Index i = 0; i < mesh.patch_count(); ++i)
-    b(i, 0) = 1 + mesh.surface(i);
+  for (Index i = 0; i < mesh.patch_count(); ++i) b(i, 0) = 1 + mesh.surface(i);
   const BandArray values = vertex_values(mesh, b);
   for (Index i = 0; i < mesh.patch_count(); ++i)
     for (const Index v : mesh.corners(i))

@@ -71,8 +71,7 @@ std::vector<Triangle> possible_occluders(const PatchMesh& mesh, Index i, Index j
     const auto [j_low, j_high] = distances(k, j);
     const bool between = (i_low < -eps && j_high > eps) || (i_high > eps && j_low < -eps);
     if (!between || distances(i, k).second <= eps || distances(j, k).second <= eps) continue;
-    for (const auto& t : mesh.triangles(k))
-      found.push_back(triangle(mesh, t));
+    for (const auto& t : mesh.triangles(k)) found.push_back(triangle(mesh, t));
   }
   return found;
 }
@@ -112,8 +111,7 @@ double point_factor(const PatchMesh& mesh, const Vec3& x, const Vec3& n, Index j
     visible = std::move(left);
   }
   double sum = 0;
-  for (const Polygon& p : visible)
-    sum += lambert(p, x, n);
+  for (const Polygon& p : visible) sum += lambert(p, x, n);
   return sum;
 }
 
@@ -148,12 +146,10 @@ double brute_force_form_factor(const PatchMesh& mesh, Index i, Index j, double t
                                         Triangle{a, b, c}};
     std::array<double, 4> sums;
     double sum = 0;
-    for (std::size_t k = 0; k < 4; ++k)
-      sum += sums[k] = integral(parts[k]);
+    for (std::size_t k = 0; k < 4; ++k) sum += sums[k] = integral(parts[k]);
     if (depth >= 9 || std::abs(sum - whole) <= tolerance * area(t)) return sum;
     double refined = 0;
-    for (std::size_t k = 0; k < 4; ++k)
-      refined += self(self, parts[k], sums[k], depth + 1);
+    for (std::size_t k = 0; k < 4; ++k) refined += self(self, parts[k], sums[k], depth + 1);
     return refined;
   };
   double sum = 0;

@@ -25,8 +25,7 @@ RawRows raw_rows(const FormFactorMethod& method, Index n, bool upper) {
   method.rows(0, n, upper,
               [&](Index i, std::span<const Index> columns, std::span<const double> values, double escaped) {
                 const std::lock_guard lock(mutex);
-                for (std::size_t k = 0; k < columns.size(); ++k)
-                  rows.f(i, columns[k]) = values[k];
+                for (std::size_t k = 0; k < columns.size(); ++k) rows.f(i, columns[k]) = values[k];
                 rows.escaped[i] = escaped;
               });
   return rows;

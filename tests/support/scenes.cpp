@@ -68,8 +68,7 @@ MeshBuilder& MeshBuilder::grid(const Vec3& origin, const Vec3& u, const Vec3& v,
 MeshBuilder& MeshBuilder::polygon(const std::vector<Vec3>& corners) {
   const auto first = static_cast<Index>(arrays_.vertices.size());
   arrays_.vertices.insert(arrays_.vertices.end(), corners.begin(), corners.end());
-  for (Index k = 0; k < static_cast<Index>(corners.size()); ++k)
-    arrays_.corners.push_back(first + k);
+  for (Index k = 0; k < static_cast<Index>(corners.size()); ++k) arrays_.corners.push_back(first + k);
   add_patch({});
   next_surface();
   return *this;
@@ -93,8 +92,7 @@ MeshBuilder& MeshBuilder::sphere(const Vec3& centre, double radius, int subdivis
   const double t = (1 + std::sqrt(5.0)) / 2;
   std::vector<Vec3> points{{-1, t, 0},  {1, t, 0},  {-1, -t, 0}, {1, -t, 0}, {0, -1, t},  {0, 1, t},
                            {0, -1, -t}, {0, 1, -t}, {t, 0, -1},  {t, 0, 1},  {-t, 0, -1}, {-t, 0, 1}};
-  for (Vec3& p : points)
-    p.normalize();
+  for (Vec3& p : points) p.normalize();
   std::vector<std::array<Index, 3>> faces{{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11},
                                           {1, 5, 9},  {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
                                           {3, 9, 4},  {3, 4, 2},  {3, 2, 6},   {3, 6, 8},  {3, 8, 9},
@@ -116,8 +114,7 @@ MeshBuilder& MeshBuilder::sphere(const Vec3& centre, double radius, int subdivis
     faces = std::move(finer);
   }
   const auto first = static_cast<Index>(arrays_.vertices.size());
-  for (const Vec3& p : points)
-    arrays_.vertices.push_back(centre + radius * p);
+  for (const Vec3& p : points) arrays_.vertices.push_back(centre + radius * p);
   for (const auto& [a, b, c] : faces) {
     if (facing == Facing::outward)
       add_patch({first + a, first + b, first + c});
@@ -234,15 +231,13 @@ Scene as_scene(const PatchMesh& mesh) {
   Scene::Arrays arrays;
   arrays.vertices = mesh.vertices();
   arrays.materials = mesh.materials();
-  for (Index i = 0; i < mesh.patch_count(); ++i)
-    arrays.add_face(mesh.corners(i), mesh.material(i));
+  for (Index i = 0; i < mesh.patch_count(); ++i) arrays.add_face(mesh.corners(i), mesh.material(i));
   return Scene(std::move(arrays));
 }
 
 PatchMesh transformed(const PatchMesh& mesh, const Eigen::Affine3d& transform) {
   PatchMesh::Arrays arrays = arrays_of(mesh);
-  for (Vec3& v : arrays.vertices)
-    v = transform * v;
+  for (Vec3& v : arrays.vertices) v = transform * v;
   return PatchMesh(std::move(arrays));
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <string>
 #include <vector>
@@ -32,6 +33,7 @@ struct AssemblyReport {
   bool closed_rows = false;         ///< reciprocity and closure were restored
   FormFactorQuality before, after;  ///< equal where nothing was restored
   double escaped_mean = 0;          ///< area-weighted mean of 1 − Σ_j F_ij
+  Index lamps = 0;                  ///< patches whose factors were computed pair by pair instead of sampled
   Index blind_patches = 0;          ///< see no patch at all
   std::uint64_t rays = 0;
   std::vector<std::string> warnings;

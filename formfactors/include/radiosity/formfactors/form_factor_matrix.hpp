@@ -21,11 +21,9 @@ struct FormFactorRow {
 template <class F>
 void for_each_entry(const FormFactorRow& row, F&& f) {
   if (row.columns.empty()) {
-    for (std::size_t j = 0; j < row.values.size(); ++j)
-      f(static_cast<Index>(j), row.values[j]);
+    for (std::size_t j = 0; j < row.values.size(); ++j) f(static_cast<Index>(j), row.values[j]);
   } else {
-    for (std::size_t k = 0; k < row.values.size(); ++k)
-      f(row.columns[k], row.values[k]);
+    for (std::size_t k = 0; k < row.values.size(); ++k) f(row.columns[k], row.values[k]);
   }
 }
 

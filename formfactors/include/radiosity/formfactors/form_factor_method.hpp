@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <atomic>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <span>
@@ -52,13 +52,7 @@ class FormFactorMethod {
   virtual Index max_entries_per_row() const = 0;
 
   /// Rays cast so far.
-  std::uint64_t rays() const { return rays_.load(std::memory_order_relaxed); }
-
- protected:
-  void count_rays(std::uint64_t n) const { rays_.fetch_add(n, std::memory_order_relaxed); }
-
- private:
-  mutable std::atomic<std::uint64_t> rays_{0};
+  virtual std::uint64_t rays() const { return 0; }
 };
 
 /// A row of the table of methods.
