@@ -203,6 +203,9 @@ FormFactorMatrix form_factor_stage(Job& job, const FormFactorMethod& method, con
       "form factors", "stored {}, {}, {} entries are not zero; {}", facts.storage,
       bytes_text(static_cast<double>(facts.bytes)), facts.nonzeros,
       assembly.rays > 0 ? fmt::format("{:.3g} rays", static_cast<double>(assembly.rays)) : "no rays");
+  if (assembly.lamps > 0)
+    job.console.line("", "{} computed pair by pair, not sampled",
+                     numbered(assembly.lamps, "lamp patch", "lamp patches"));
   const auto error_line = [&](std::string_view label, double before, double after) {
     job.console.line("", "{} error at most {:.2g}{}", label, after,
                      assembly.closed_rows ? fmt::format(", {:.2g} before rows were restored", before) : "");

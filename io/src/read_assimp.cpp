@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <assimp/Importer.hpp>
+#include <fstream>
+#include <iterator>
 #include <set>
 
 #include "mesh_file.hpp"
@@ -84,12 +86,7 @@ class AssimpReader {
       if (source.Get(AI_MATKEY_BASE_COLOR, colour) == AI_SUCCESS ||
           source.Get(AI_MATKEY_COLOR_DIFFUSE, colour) == AI_SUCCESS)
         target.reflectance = rgb(colour);
-      if (source.Get(AI_MATKEY_COLOR_EMISSIVE, colour) == AI_SUCCESS) {
-        target.emission = rgb(colour);
-        float strength = 1;  // KHR_materials_emissive_strength
-        if (source.Get(AI_MATKEY_EMISSIVE_INTENSITY, strength) == AI_SUCCESS)
-          target.emission *= static_cast<double>(strength);
-      }
+      if (source.Get(AI_MATKEY_COLOR_EMISSIVE, colour) == AI_SUCCESS) target.emission = rgb(colour);
       int two_sided = 0;
       if (source.Get(AI_MATKEY_TWOSIDED, two_sided) == AI_SUCCESS && two_sided != 0)
         mesh_.warnings.push_back(fmt::format(
@@ -129,7 +126,19 @@ MeshFile read_assimp(const std::filesystem::path& file) {
   if (!scene || !scene->mRootNode || (scene->mFlags & AI_SCENE_FLAGS_INCOMPLETE) != 0)
     throw IoError(fmt::format("{}: cannot be understood: {}", file.string(),
                               scene ? "it holds no complete scene" : importer.GetErrorString()));
-  return AssimpReader(*scene).read();
+  MeshFile mesh = AssimpReader(*scene).read();
+  // Assimp 5.2 passes this extension by, and the lamps would be too dim without a word. It stands as plain
+  // text in a .glb, too.
+  constexpr std::string_view kStrength = "KHR_materials_emissive_strength";
+  if (const std::string extension = lower_case_extension(file); extension == ".gltf" || extension == ".glb") {
+    std::ifstream stream(file, std::ios::binary);
+    const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+    if (text.find(kStrength) != std::string::npos)
+      mesh.warnings.push_back(fmt::format(
+          "{} is not read: emission is emissiveFactor alone; give the lamps' emission in a scene file",
+          kStrength));
+  }
+  return mesh;
 }
 
 }  // namespace radiosity

@@ -83,8 +83,7 @@ inline BandValues rgb(double r, double g, double b) {
 /// One polygon as one patch, material with `bands` bands, ρ = 0.5.
 inline PatchMesh one_patch(std::vector<Vec3> loop, Index bands = 3) {
   PatchMesh::Arrays arrays;
-  for (std::size_t v = 0; v < loop.size(); ++v)
-    arrays.corners.push_back(static_cast<Index>(v));
+  for (std::size_t v = 0; v < loop.size(); ++v) arrays.corners.push_back(static_cast<Index>(v));
   arrays.vertices = std::move(loop);
   arrays.patch_start.push_back(static_cast<Index>(arrays.corners.size()));
   arrays.patch_surface = {0};
