@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include <OpenMesh/Core/Mesh/PolyMesh_ArrayKernelT.hh>
+#include <OpenMesh/Core/Mesh/PolyConnectivity.hh>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -16,7 +16,7 @@
 namespace radiosity {
 namespace {
 
-using HalfEdges = OpenMesh::PolyMesh_ArrayKernelT<>;
+using HalfEdges = OpenMesh::PolyConnectivity;
 
 /// The half-edge structure of the patches. Where they form no surface (more than two patches at an edge, or
 /// fans that meet in a vertex only) patches get half-edge vertices of their own, and `origin` tells for which
@@ -30,6 +30,9 @@ struct Topology {
   explicit Topology(const PatchMesh::Arrays& arrays) : split(arrays.vertices.size(), 0) {
     half_edges.reserve(arrays.vertices.size(), arrays.corners.size() * 3 / 4, arrays.patch_material.size());
     for (std::size_t v = 0; v < arrays.vertices.size(); ++v) add_vertex(static_cast<Index>(v));
+    // A face that cannot be linked would be reported on std::cerr.
+    const bool spoke = omerr().is_enabled();
+    omerr().disable();
     std::vector<HalfEdges::VertexHandle> loop;
     for (std::size_t p = 0; p + 1 < arrays.patch_start.size(); ++p) {
       const auto first = at(arrays.patch_start[p]), n = at(arrays.patch_start[p + 1]) - first;
@@ -40,7 +43,6 @@ struct Topology {
                                         corners[k]) != corners.begin() + static_cast<std::ptrdiff_t>(k);
         loop.push_back(repeated ? replace(corners[k]) : open_vertex(corners[k]));
       }
-      // Asked beforehand, because add_face reports failure on std::cerr.
       for (std::size_t k = 0; k < n; ++k) {
         const std::size_t next = (k + 1) % n;
         const auto edge = half_edges.find_halfedge(loop[k], loop[next]);
@@ -48,19 +50,17 @@ struct Topology {
         loop[k] = replace(corners[k]);
         loop[next] = replace(corners[next]);
       }
-      omerr().disable();
-      const auto face = half_edges.add_face(loop);
-      omerr().enable();
-      if (face.is_valid()) continue;
+      if (half_edges.add_face(loop).is_valid()) continue;
       for (std::size_t k = 0; k < n; ++k) loop[k] = replace(corners[k]);
       half_edges.add_face(loop);
     }
+    if (spoke) omerr().enable();
   }
 
  private:
   HalfEdges::VertexHandle add_vertex(Index stands_for) {
     origin.push_back(stands_for);
-    return half_edges.add_vertex(HalfEdges::Point(0, 0, 0));
+    return half_edges.add_vertex();
   }
   HalfEdges::VertexHandle replace(Index vertex) {
     split[at(vertex)] = 1;

@@ -109,14 +109,18 @@ TEST_P(Method, AccountsForWhatLeavesThroughOpenSides) {
 
 TEST_P(Method, IsReciprocal) {
   for (const PatchMesh& mesh : {room_with_floating_box(2, 1), opposed_squares_with_screen(3, 0.5)}) {
+    const MethodSetup setup(mesh, info());
+    if (setup.method->reciprocal()) {  // by construction
+      const Eigen::MatrixXd s = mesh.areas().matrix().asDiagonal() * setup.raw().f;
+      EXPECT_LT((s - s.transpose()).cwiseAbs().maxCoeff(), 1e-12);
+      continue;
+    }
     const SeedMeans rows(mesh, info());
-    const bool by_construction = MethodSetup(mesh, info()).method->reciprocal();
     for (Index i = 0; i < mesh.patch_count(); ++i)
       for (Index j = 0; j < i; ++j) {
         const double ai = mesh.area(i), aj = mesh.area(j);
-        const double forth = ai * rows.mean(i, j), back = aj * rows.mean(j, i);
-        EXPECT_NEAR(forth, back,
-                    by_construction ? 1e-9 * forth : ai * rows.tolerance(i, j) + aj * rows.tolerance(j, i))
+        EXPECT_NEAR(ai * rows.mean(i, j), aj * rows.mean(j, i),
+                    ai * rows.tolerance(i, j) + aj * rows.tolerance(j, i))
             << "patches " << i << " and " << j;
       }
   }
@@ -219,7 +223,7 @@ TEST_P(Method, LetsABackBlock) {
 }
 
 TEST_P(Method, IsBlindToWhereHowLargeAndWhichWayRoundTheSceneIs) {
-  const PatchMesh mesh = room_with_floating_box(2, 1);
+  const PatchMesh mesh = room_with_floating_box(1, 1);
   const SeedMeans expected(mesh, info());
   const Eigen::Affine3d turned(Eigen::AngleAxisd(1.1, Vec3(3, -1, 2).normalized()));
   const Eigen::Affine3d moved(Eigen::Translation3d(1e6, -3e6, 2e6));
@@ -300,9 +304,9 @@ TEST_P(Method, DrawsOtherSamplesForAnotherSeed) {
 }
 
 TEST_P(Method, ComesCloserTheMoreIsSpent) {
-  // Ideal gain over 16 times the samples: 4 or more; over 4 times the resolution: 4 or more, down to the noise of the
-  // hemicube's viewpoints, which a screen between would make the larger part. Half of that is asked for. Finely cut so
-  // that the error is a mean over many pairs.
+  // Ideal gain over 16 times the samples: 4 or more; over 4 times the resolution: 4 or more, as long as the cells are
+  // coarse: the noise of the hemicube's few viewpoints stays. Half of that is asked for. Finely cut so that the error is a
+  // mean over many pairs.
   const bool cells = info().setting == "resolution";
   const PatchMesh mesh = cells ? opposed_squares(1, 4) : opposed_squares_with_screen(4, 0.5);
   Eigen::MatrixXd exact = Eigen::MatrixXd::Zero(4, 16);
@@ -322,7 +326,7 @@ TEST_P(Method, ComesCloserTheMoreIsSpent) {
     }
     return sum;
   };
-  EXPECT_LT(error(cells ? 96 : 1024), 0.5 * error(cells ? 24 : 64));
+  EXPECT_LT(error(cells ? 32 : 1024), 0.5 * error(cells ? 8 : 64));
 }
 
 TEST_P(Method, CountsItsRays) {

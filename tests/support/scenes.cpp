@@ -227,23 +227,9 @@ Scene box_on_floor() {
   return Scene(std::move(arrays));
 }
 
-Scene as_scene(const PatchMesh& mesh) {
-  Scene::Arrays arrays;
-  arrays.vertices = mesh.vertices();
-  arrays.materials = mesh.materials();
-  for (Index i = 0; i < mesh.patch_count(); ++i) arrays.add_face(mesh.corners(i), mesh.material(i));
-  return Scene(std::move(arrays));
-}
-
 PatchMesh transformed(const PatchMesh& mesh, const Eigen::Affine3d& transform) {
   PatchMesh::Arrays arrays = arrays_of(mesh);
   for (Vec3& v : arrays.vertices) v = transform * v;
-  return PatchMesh(std::move(arrays));
-}
-
-PatchMesh with_materials(const PatchMesh& mesh, std::vector<Material> materials) {
-  PatchMesh::Arrays arrays = arrays_of(mesh);
-  arrays.materials = std::move(materials);
   return PatchMesh(std::move(arrays));
 }
 

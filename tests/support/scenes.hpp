@@ -86,10 +86,6 @@ PatchMesh room_with_triangle_soup(Index n, Index count, std::uint64_t seed);
 /// included. Materials 0 (room) and 1 (box).
 Scene box_on_floor();
 
-/// Every patch a face.
-Scene as_scene(const PatchMesh& mesh);
-
 PatchMesh transformed(const PatchMesh& mesh, const Eigen::Affine3d& transform);
-PatchMesh with_materials(const PatchMesh& mesh, std::vector<Material> materials);
 
 }  // namespace radiosity::test
