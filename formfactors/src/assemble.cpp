@@ -362,6 +362,12 @@ FormFactorMatrix assemble(const FormFactorMethod& method, const Visibility& visi
       target = (target > 0).select(1 - e, 0.0);
     }
   }
+  if (method.exact() && facts.completed && n > 0 && (target > 0).any()) {
+    // Exact rows tell themselves whether anything is missing.
+    const Eigen::ArrayXd whole = (target > 0).cast<double>();
+    facts.closed_scene = (target - whole).abs().maxCoeff() <= tolerance::kNoEscape;
+    if (facts.closed_scene) target = whole;
+  }
   // A method that looks at pairs knows the row sums of an open scene better than a sample of directions does.
   const bool known_target = facts.closed_scene || method_sees_escape;
 
@@ -378,8 +384,9 @@ FormFactorMatrix assemble(const FormFactorMethod& method, const Visibility& visi
   const Eigen::ArrayXd sums = row_sums(rows);
   facts.blind_patches = static_cast<Index>((sums == 0).count());
   FormFactorMatrix::Rows packed = pack(rows);
-  const Eigen::ArrayXd reached = facts.closed_rows ? target : sums;
-  if (facts.closed_rows) {
+  const bool known_sums = facts.closed_rows || (facts.completed && facts.closed_scene && method.exact());
+  const Eigen::ArrayXd reached = known_sums ? target : sums;
+  if (known_sums) {
     const Eigen::ArrayXd remainder = target - sums;
     packed.diagonal.assign(remainder.begin(), remainder.end());
   }

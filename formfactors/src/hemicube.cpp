@@ -178,7 +178,7 @@ void Hemicube::draw_item(const Item& item, bool front, const Face& face, std::si
   const float d = normal[0] * p[0][0] + normal[1] * p[0][1] + normal[2] * p[0][2];
   if (d == 0) return;
   // A wall without thickness shows each side its own front: at equal depth the front wins.
-  const float nearer = (front ? 1.0F : 1.0F - 8 * std::numeric_limits<float>::epsilon()) / d;
+  const float nearer = (front ? 1.0F : 1.0F - tolerance::kDepthTie) / d;
   for (float& c : normal) c *= nearer;
   const int r = resolution_;
   const float h = 2.0F / static_cast<float>(r);

@@ -23,8 +23,7 @@ PairFactors::PairFactors(const Visibility& visibility, Index samples, std::uint6
 PairFactors::Weights PairFactors::sight_lines(Index i, Index j, Index first, Index last) const {
   const PatchMesh& mesh = visibility_.mesh();
   RandomStream random(seed_, (static_cast<std::uint64_t>(i) << 32) | static_cast<std::uint64_t>(j));
-  const Sample2 shift_i{random.uniform(), random.uniform()};
-  const Sample2 shift_j{random.uniform(), random.uniform()};
+  const std::array<double, 4> shift{random.uniform(), random.uniform(), random.uniform(), random.uniform()};
   Weights weights;
   for (Index packet = first; packet < last; ++packet) {
     Visibility::SightLines lines;
@@ -32,10 +31,9 @@ PairFactors::Weights PairFactors::sight_lines(Index i, Index j, Index first, Ind
     lines.to = j;
     std::array<double, 16> kernel{};
     for (std::uint64_t k = 0; k < 16; ++k) {
-      // Point k of i goes with point 5k mod 16 of j: both sets stay evenly spread, and their pairs are mixed.
-      const std::uint64_t base = static_cast<std::uint64_t>(packet) * 16;
-      const Vec3 x = point_on_patch(mesh, i, r2_point(base + k, shift_i));
-      const Vec3 y = point_on_patch(mesh, j, r2_point(base + 5 * k % 16, shift_j));
+      const auto [on_i, on_j] = r4_points(static_cast<std::uint64_t>(packet) * 16 + k, shift);
+      const Vec3 x = point_on_patch(mesh, i, on_i);
+      const Vec3 y = point_on_patch(mesh, j, on_j);
       const Vec3 r = y - x;
       const double cos_i = mesh.normal(i).dot(r);
       const double cos_j = -mesh.normal(j).dot(r);

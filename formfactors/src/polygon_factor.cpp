@@ -75,7 +75,7 @@ double graded(const Edge& e, const Edge& f, double s0, double s1) {
 // ∫∫ ln|x − y| dx·dy over two edges.
 double edge_pair(const Edge& e, const Edge& f) {
   const double cosine = e.direction.dot(f.direction);
-  if (std::abs(cosine) < 1e-16) return 0;
+  if (std::abs(cosine) <= tolerance::kParallel) return 0;
   if (e.direction.cross(f.direction).norm() > tolerance::kParallel) return cosine * graded(e, f, 0, e.length);
   const Vec3 r = f.start - e.start;
   const double d = r.cross(e.direction).norm();

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
@@ -43,6 +45,20 @@ inline Sample2 r2_point(std::uint64_t k, Sample2 shift) {
   const double u = shift.u + n / kPlastic;
   const double v = shift.v + n / (kPlastic * kPlastic);
   return {u - std::floor(u), v - std::floor(v)};
+}
+
+/// A point of i and a point of j together: point k of the additive recurrence in four dimensions with g⁵ = g + 1, the
+/// same sequence as r2_point [Roberts2018]. Two 2-D sequences side by side would leave most pairs of points unvisited.
+inline std::array<Sample2, 2> r4_points(std::uint64_t k, const std::array<double, 4>& shift) {
+  constexpr double kG = 1.16730397826141868426;
+  std::array<double, 4> x = shift;
+  double step = 1;
+  for (double& c : x) {
+    step /= kG;
+    c += static_cast<double>(k) * step;
+    c -= std::floor(c);
+  }
+  return {{{x[0], x[1]}, {x[2], x[3]}}};
 }
 
 /// Maps [0,1)² to the patch so that equal areas get equal shares: first one of its triangles, by area, then

@@ -9,8 +9,7 @@ EnergyBalance energy_balance(const RadiositySystem& system, const BandArray& rad
     return (exitance.colwise() * system.areas()).colwise().sum().transpose();
   };
   Eigen::ArrayXd escaped(system.size());
-  for (Index i = 0; i < system.size(); ++i)
-    escaped[i] = system.form_factors().escaped(i);
+  for (Index i = 0; i < system.size(); ++i) escaped[i] = system.form_factors().escaped(i);
   EnergyBalance energy;
   energy.emitted_w = power(system.emission());
   energy.absorbed_w = power((1 - system.reflectance()) * irradiance);

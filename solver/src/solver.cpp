@@ -27,8 +27,7 @@ constexpr std::array<SolverInfo, 4> kSolvers{{
 void require_sink(const RadiositySystem& system) {
   if (!system.form_factors().stored()) return;
   double escaped = 0;
-  for (Index i = 0; i < system.size(); ++i)
-    escaped += system.areas()[i] * system.form_factors().escaped(i);
+  for (Index i = 0; i < system.size(); ++i) escaped += system.areas()[i] * system.form_factors().escaped(i);
   if (escaped > tolerance::kNoEscape * system.areas().sum()) return;
   for (Index b = 0; b < system.bands(); ++b) {
     if ((system.reflectance().col(b) == 1).all() && (system.emission().col(b) > 0).any()) {

@@ -16,8 +16,7 @@ BandArray vertex_values(const PatchMesh& mesh, const BandArray& patch_values) {
   BandArray mean = BandArray::Zero(mesh.vertex_count(), patch_values.cols());
   for (Index v = 0; v < mesh.vertex_count(); ++v) {
     const auto patches = mesh.vertex_patches(v);
-    for (const Index i : patches)
-      mean.row(v) += patch_values.row(i);
+    for (const Index i : patches) mean.row(v) += patch_values.row(i);
     if (!patches.empty()) mean.row(v) /= static_cast<double>(patches.size());
   }
   BandArray values = mean;
@@ -30,12 +29,10 @@ BandArray vertex_values(const PatchMesh& mesh, const BandArray& patch_values) {
       inner += mean.row(w);
       ++count;
     };
-    for (const Index w : mesh.vertex_neighbours(v))
-      add(w);
+    for (const Index w : mesh.vertex_neighbours(v)) add(w);
     if (count == 0) {  // such as the corner of a grid of quads: its inner vertex lies across the patch
       for (const Index i : mesh.vertex_patches(v)) {
-        for (const Index w : mesh.corners(i))
-          add(w);
+        for (const Index w : mesh.corners(i)) add(w);
       }
     }
     if (count > 0) values.row(v) = 2 * mean.row(v) - inner / static_cast<double>(count);

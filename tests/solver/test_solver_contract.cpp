@@ -351,13 +351,13 @@ TEST_P(AnySolver, StopsWhenTheCallerHasSeenEnough) {
   };
   const SolveResult result = solve(*problem, options);
   EXPECT_EQ(result.report.status, SolveStatus::stopped);
-  EXPECT_EQ(seen, (std::vector<Index>{1, 2, 3}));
+  EXPECT_EQ(seen, (std::vector<Index>{0, 1, 2, 3}));
   EXPECT_EQ(result.report.iterations, 3);
   ASSERT_EQ(last.rows(), problem->system.size());
   ASSERT_EQ(last.cols(), problem->system.bands());
   EXPECT_LT((result.radiosity - last).abs().maxCoeff(), 1e-12);
   ASSERT_EQ(result.report.history.size(), 4u);
-  for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(result.report.history[k + 1], residuals[k]);
+  EXPECT_EQ(result.report.history, residuals);
 }
 
 TEST_P(AnySolver, GivesTheSameBitsWithAnyNumberOfThreads) {

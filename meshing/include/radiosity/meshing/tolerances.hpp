@@ -34,13 +34,18 @@ inline constexpr float kSamePlane = 5e-7F;
 /// A scene is convex when no vertex lies deeper than kConvex · (scene diagonal) behind any patch.
 inline constexpr double kConvex = 1e-9;
 
+/// In an item buffer, the back of a wall without thickness must lose against the front in the same place although both depths
+/// are rounded: at grazing angles single precision leaves some 1e-5 of the depth.
+inline constexpr float kDepthTie = 1e-4F;
+
 /// A scene is closed when at most this share of all sampled directions leaves it or meets the back of a patch: cracks
 /// between faces that do not share vertices, and rounding at edges.
 inline constexpr double kClosedScene = 1e-5;
 
-/// Two edges are parallel when the sine of their angle is below this: then ∮∮ ln r has a closed form, whose error
-/// from the remaining angle is of the order of the sine.
-inline constexpr double kParallel = 1e-10;
+/// Two edges are parallel when the sine of their angle is below this, and perpendicular when the cosine is: then ∮∮ ln r
+/// has a closed form, whose error from the remaining angle is of the order of that sine. Far from the origin, rounding of
+/// the coordinates turns edges by that much.
+inline constexpr double kParallel = 1e-8;
 
 /// A corner lies on another polygon's plane when its height is below kOnPlane · (distance + sizes): some hundred roundings.
 inline constexpr double kOnPlane = 1e-13;

@@ -15,8 +15,8 @@ namespace radiosity {
 struct SolverOptions {
   double tolerance = 1e-6;   ///< of the residual, see SolveReport::residual
   Index max_iterations = 0;  ///< 0: the solver's own limit
-  /// Called after each iteration with the number of iterations done, the residual estimate and B so far (n ×
-  /// bands, W/m²). Returning false stops the solve; what has been reached is kept.
+  /// Called with iteration 0 and B = E, then after each iteration, with the number of iterations done, the residual
+  /// estimate and B so far (n × bands, W/m²). Returning false stops the solve; what has been reached is kept.
   std::function<bool(Index iteration, double residual, const BandArray& radiosity)> step = {};
 };
 
