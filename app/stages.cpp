@@ -144,7 +144,7 @@ Patches patch_stage(Job& job, const Scene& scene, const SceneSettings& settings)
 
 MethodChoice choose_method(const Visibility& visibility) {
   // Pairs cost n² and are the most accurate; sampled rows cost n and are the fastest where pairs are many.
-  constexpr Index kFewPatches = 3000;
+  constexpr Index kFewPatches = 2000;
   const Index n = visibility.mesh().patch_count();
   if (visibility.convex()) return {"analytic", "no patch hides another, so every factor is a closed form"};
   if (n <= kFewPatches)
