@@ -11,7 +11,7 @@ namespace radiosity::app {
 int run_factors(const Options& options) {
   Job job(options);
   check_outputs(options, ".mtx");
-  const LoadedScene loaded = read_stage(job, options.scene);
+  const LoadedScene loaded = read_stage(job, options.scene, MissingMaterials::allow);
   const SceneSettings settings = override_settings(loaded.settings, options.flags);
   const Patches patches = patch_stage(job, loaded.scene, settings);
   const Visibility visibility(patches.mesh);

@@ -67,7 +67,7 @@ double estimate_seconds(const FormFactorMethod& method, Index patches, int threa
 int run_inspect(const Options& options) {
   Job job(options);
   if (!options.report_file.empty()) require_writable(options.report_file, ".json");
-  const LoadedScene loaded = read_stage(job, options.scene);
+  const LoadedScene loaded = read_stage(job, options.scene, MissingMaterials::allow);
   const Vec3 &lower = loaded.scene.lower(), &upper = loaded.scene.upper();
   job.console.line("bounds", "{:.6g} … {:.6g}, {:.6g} … {:.6g}, {:.6g} … {:.6g} m", lower.x(), upper.x(),
                    lower.y(), upper.y(), lower.z(), upper.z());

@@ -98,9 +98,9 @@ void check_outputs(const Options& options, const std::string& extension) {
   if (!options.series_file.empty()) require_writable(options.series_file, ".pvd");
 }
 
-LoadedScene read_stage(Job& job, const std::filesystem::path& file) {
+LoadedScene read_stage(Job& job, const std::filesystem::path& file, MissingMaterials missing) {
   job.stage.lap();
-  LoadedScene loaded = read_scene(file);
+  LoadedScene loaded = read_scene(file, missing);
   const Scene& scene = loaded.scene;
   job.report.seconds.read = job.stage.lap();
 

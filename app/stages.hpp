@@ -30,7 +30,8 @@ struct Job {
 /// Refuses an output that could not be written, before any work is done for it.
 void check_outputs(const Options& options, const std::string& extension);
 
-LoadedScene read_stage(Job& job, const std::filesystem::path& file);
+LoadedScene read_stage(Job& job, const std::filesystem::path& file,
+                       MissingMaterials missing = MissingMaterials::refuse);
 
 Patches patch_stage(Job& job, const Scene& scene, const SceneSettings& settings);
 

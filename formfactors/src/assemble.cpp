@@ -392,7 +392,8 @@ FormFactorMatrix assemble(const FormFactorMethod& method, const Visibility& visi
   }
   const Eigen::ArrayXd lost = 1 - reached;
   packed.escaped.assign(lost.begin(), lost.end());
-  facts.escaped_mean = n > 0 ? (lost * areas).sum() / areas.sum() : 0;
+  const Eigen::ArrayXd seeing = (sums != 0).cast<double>() * areas;
+  facts.escaped_mean = seeing.sum() > 0 ? (lost * seeing).sum() / seeing.sum() : 0;
 
   if (facts.closed_rows && facts.after.closure_error_max > 1e-3) {
     facts.warnings.push_back(

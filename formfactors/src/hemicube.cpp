@@ -289,12 +289,13 @@ void Hemicube::rows(Index first, Index last, bool, const Sink& sink) const {
     const Vec3& n = mesh.normal(i);
     Vec3 t, b;
     tangents(n, t, b);
+    const PatchSampler patch(mesh, i);
     columns.clear();
     double lost = 0;
     for (int point = 0; point < kPoints; ++point) {
       const double turn = std::numbers::pi / 2 * random.uniform();
       const Vec3 x = std::cos(turn) * t + std::sin(turn) * b;
-      const Vec3 eye = point_on_patch(mesh, i, r2_point(static_cast<std::uint64_t>(point), shift));
+      const Vec3 eye = patch.at(r2_point(static_cast<std::uint64_t>(point), shift));
       draw(eye, x, n.cross(x), n, buffers);
       for (std::size_t c = 0; c < cells_; ++c) {
         const double share = delta_[c] / kPoints;

@@ -15,8 +15,8 @@ namespace {
 /// Hemisphere projection (Nusselt's analogue) by cosine-distributed rays [Malley1988]:
 ///   F_ij ≈ (number of rays from i whose first hit is the front of j) / K.
 /// The unit square is cut into K cells, one jittered sample each, mapped to Nusselt's disk and lifted to the
-/// hemisphere. Rays of a 4 × 4 block of cells make one coherent packet from one point; the packets' points
-/// are spread over the patch, so that F is the patch-to-patch factor, unbiased.
+/// hemisphere. Rays of a 4 × 4 block of cells make one coherent packet. Each starts at a point of its own, and
+/// the points of a packet are spread over the patch, so that F is the patch-to-patch factor, unbiased.
 class Hemisphere final : public FormFactorMethod {
  public:
   Hemisphere(const Visibility& visibility, const FormFactorOptions& options)
@@ -57,7 +57,8 @@ void Hemisphere::rows(Index first, Index last, bool, const Sink& sink) const {
     b = n.cross(turned);
     t = turned;
 
-    // Which point goes with which block of directions is drawn too, or position and direction would be
+    const PatchSampler patch(mesh, i);
+    // Which points go with which block of directions is drawn too, or position and direction would be
     // correlated.
     std::vector<std::uint64_t> order(static_cast<std::size_t>(blocks_ * blocks_));
     for (std::size_t k = 0; k < order.size(); ++k) order[k] = k;
@@ -69,10 +70,10 @@ void Hemisphere::rows(Index first, Index last, bool, const Sink& sink) const {
     packet.from = i;
     packet.count = 16;
     for (int block = 0; block < blocks_ * blocks_; ++block) {
-      const Vec3 x = visibility_.scaled(
-          point_on_patch(mesh, i, r2_point(order[static_cast<std::size_t>(block)], shift)));
+      const std::uint64_t points = order[static_cast<std::size_t>(block)] * 16;
       for (int k = 0; k < 16; ++k) {
         const auto lane = static_cast<std::size_t>(k);
+        const Vec3 x = visibility_.scaled(patch.at(r2_point(points + static_cast<std::uint64_t>(k), shift)));
         const Sample2 disk = concentric_disk({(block % blocks_ * 4 + k % 4 + random.uniform()) * cell,
                                               (block / blocks_ * 4 + k / 4 + random.uniform()) * cell});
         const double height = std::sqrt(std::max(0.0, 1 - disk.u * disk.u - disk.v * disk.v));

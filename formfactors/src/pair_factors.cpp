@@ -24,6 +24,8 @@ PairFactors::Weights PairFactors::sight_lines(Index i, Index j, Index first, Ind
   const PatchMesh& mesh = visibility_.mesh();
   RandomStream random(seed_, (static_cast<std::uint64_t>(i) << 32) | static_cast<std::uint64_t>(j));
   const std::array<double, 4> shift{random.uniform(), random.uniform(), random.uniform(), random.uniform()};
+  const PatchSampler patch_i(mesh, i);
+  const PatchSampler patch_j(mesh, j);
   Weights weights;
   for (Index packet = first; packet < last; ++packet) {
     Visibility::SightLines lines;
@@ -32,8 +34,8 @@ PairFactors::Weights PairFactors::sight_lines(Index i, Index j, Index first, Ind
     std::array<double, 16> kernel{};
     for (std::uint64_t k = 0; k < 16; ++k) {
       const auto [on_i, on_j] = r4_points(static_cast<std::uint64_t>(packet) * 16 + k, shift);
-      const Vec3 x = point_on_patch(mesh, i, on_i);
-      const Vec3 y = point_on_patch(mesh, j, on_j);
+      const Vec3 x = patch_i.at(on_i);
+      const Vec3 y = patch_j.at(on_j);
       const Vec3 r = y - x;
       const double cos_i = mesh.normal(i).dot(r);
       const double cos_j = -mesh.normal(j).dot(r);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <vector>
 
 #include "radiosity/meshing/patch_mesh.hpp"
 
@@ -61,23 +62,41 @@ inline std::array<Sample2, 2> r4_points(std::uint64_t k, const std::array<double
   return {{{x[0], x[1]}, {x[2], x[3]}}};
 }
 
-/// Maps [0,1)² to the patch so that equal areas get equal shares: first one of its triangles, by area, then
-/// uniformly in it by (1 − √u, v√u).
-inline Vec3 point_on_patch(const PatchMesh& mesh, Index patch, Sample2 s) {
-  const auto triangles = mesh.triangles(patch);
-  double left = s.u * mesh.area(patch);
-  for (std::size_t t = 0;; ++t) {
-    const Vec3& a = mesh.vertex(triangles[t][0]);
-    const Vec3 ab = mesh.vertex(triangles[t][1]) - a;
-    const Vec3 ac = mesh.vertex(triangles[t][2]) - a;
-    const double area = ab.cross(ac).norm() / 2;
-    if (left < area || t + 1 == triangles.size()) {
-      const double r = std::sqrt(std::min(1.0, left / area));
-      return a + (1 - s.v) * r * ab + s.v * r * ac;
+/// Maps [0,1)² to a patch so that equal areas get equal shares: first one of its triangles, by area, then uniformly
+/// in it by (1 − √u, v√u).
+class PatchSampler {
+ public:
+  PatchSampler(const PatchMesh& mesh, Index patch) {
+    for (const auto& t : mesh.triangles(patch)) {
+      const Vec3& a = mesh.vertex(t[0]);
+      const Vec3 ab = mesh.vertex(t[1]) - a;
+      const Vec3 ac = mesh.vertex(t[2]) - a;
+      area_ += ab.cross(ac).norm() / 2;
+      triangles_.push_back({a, ab, ac, area_});
     }
-    left -= area;
   }
-}
+
+  Vec3 at(Sample2 s) const {
+    const double where = s.u * area_;
+    double below = 0;
+    for (const Triangle& t : triangles_) {
+      if (where < t.area_up_to || &t == &triangles_.back()) {
+        const double r = std::sqrt(std::min(1.0, (where - below) / (t.area_up_to - below)));
+        return t.a + (1 - s.v) * r * t.ab + s.v * r * t.ac;
+      }
+      below = t.area_up_to;
+    }
+    return triangles_.front().a;  // not reached: every patch has a triangle
+  }
+
+ private:
+  struct Triangle {
+    Vec3 a, ab, ac;
+    double area_up_to;
+  };
+  std::vector<Triangle> triangles_;
+  double area_ = 0;
+};
 
 /// Two unit vectors that complete n to a right-handed frame.
 inline void tangents(const Vec3& n, Vec3& t, Vec3& b) {

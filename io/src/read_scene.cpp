@@ -37,8 +37,8 @@ class BandCount {
 
 class SceneBuilder {
  public:
-  SceneBuilder(fs::path file, SceneFile scene_file, MeshFile mesh)
-      : file_(std::move(file)), settings_(std::move(scene_file)), mesh_(std::move(mesh)) {}
+  SceneBuilder(fs::path file, SceneFile scene_file, MeshFile mesh, MissingMaterials missing)
+      : file_(std::move(file)), settings_(std::move(scene_file)), mesh_(std::move(mesh)), missing_(missing) {}
 
   Scene build() {
     check_names();
@@ -62,6 +62,7 @@ class SceneBuilder {
         throw InputError(fmt::format(
             "{}:{}: no face of {} has the material '{}'; the nearest name there is '{}'", file_.string(),
             values.line, settings_.mesh.string(), name, nearest_name(name, names)));
+    if (missing_ == MissingMaterials::allow) return;
     std::vector<std::string> set;
     for (const auto& [name, values] : settings_.materials) set.push_back(name);
     for (const auto& material : mesh_.materials)
@@ -137,6 +138,7 @@ class SceneBuilder {
   fs::path file_;
   SceneFile settings_;
   MeshFile mesh_;
+  MissingMaterials missing_;
   BandCount bands_;
 };
 
@@ -150,7 +152,7 @@ std::string toml_key(const std::string& name) {
 
 }  // namespace
 
-LoadedScene read_scene(const fs::path& file) {
+LoadedScene read_scene(const fs::path& file, MissingMaterials missing) {
   require_readable(file);
   SceneFile scene_file;
   if (lower_case_extension(file) == ".toml")
@@ -162,7 +164,7 @@ LoadedScene read_scene(const fs::path& file) {
   SceneSettings settings = scene_file.settings;
   const fs::path mesh_file = scene_file.mesh;
   std::vector<std::string> warnings = std::move(mesh.warnings);
-  Scene scene = SceneBuilder(file, std::move(scene_file), std::move(mesh)).build();
+  Scene scene = SceneBuilder(file, std::move(scene_file), std::move(mesh), missing).build();
   for (const Material& material : scene.materials())
     for (Eigen::Index b = 0; b < material.reflectance.size(); ++b)
       if (material.reflectance[b] == 1)

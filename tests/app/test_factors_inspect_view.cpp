@@ -47,6 +47,18 @@ TEST_F(Factors, OfTwoOpposedSquares) {
   EXPECT_NEAR(r.at("form_factors").at("escaped_mean").get<double>(), 1 - 0.199824895698387, 1e-6);
 }
 
+TEST_F(Factors, NeedNoDefinitionOfTheMaterialsThatFacesName) {
+  write("named.obj",
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
+        "usemtl plaster\nf 1 2 3 4\nusemtl steel\nf 5 8 7 6\n");
+  ASSERT_EQ(run({"factors", "named.obj", "-o", "F.mtx", "--patch-size", "none"}).status, 0);
+  EXPECT_NEAR(matrix("F.mtx").at({1, 2}), 0.199824895698387, 1e-6);
+  EXPECT_EQ(run({"inspect", "named.obj"}).status, 0);
+  const Outcome solve = run({"solve", "named.obj", "-o", "out.vtp"});
+  EXPECT_EQ(solve.status, 1);
+  EXPECT_THAT(solve.err, HasSubstr("'plaster'"));
+}
+
 TEST_F(Factors, OfPatchesAddUpToThoseOfTheirFaces) {
   write_squares();
   ASSERT_EQ(

@@ -32,9 +32,9 @@ struct AssemblyReport {
   bool closed_scene = false;        ///< no ray got out and none met a back: every row sums to 1
   bool closed_rows = false;         ///< reciprocity and closure were restored
   FormFactorQuality before, after;  ///< equal where nothing was restored
-  double escaped_mean = 0;          ///< area-weighted mean of 1 − Σ_j F_ij
-  Index lamps = 0;                  ///< patches whose factors were computed pair by pair instead of sampled
-  Index blind_patches = 0;          ///< see no patch at all
+  double escaped_mean = 0;  ///< area-weighted mean of 1 − Σ_j F_ij over the patches that see any other
+  Index lamps = 0;          ///< patches whose factors were computed pair by pair instead of sampled
+  Index blind_patches = 0;  ///< see no patch at all
   std::uint64_t rays = 0;
   std::vector<std::string> warnings;
 };

@@ -32,12 +32,17 @@ struct LoadedScene {
   std::vector<std::string> warnings;  ///< what was odd about the file: a sentence each
 };
 
+/// What happens to a material that a face names but nothing defines. Where only geometry matters (form factors), it may be
+/// allowed: it then absorbs everything and emits nothing.
+enum class MissingMaterials { refuse, allow };
+
 /// Reads a mesh (.obj .ply .stl .off .gltf .glb .dae .ifc .vtp .vtu …) or a scene file (.toml) that names one
 /// and adds what a mesh cannot say; see docs/formats.md. Coordinates end in metres. A mesh without materials
 /// gets one material, "default", with reflectance 0.5 and no emission. Throws IoError (missing file, unknown
 /// extension, cannot be parsed) or InputError (breaks a rule); the message names file, line where there is
 /// one, object, value and rule.
-LoadedScene read_scene(const std::filesystem::path& file);
+LoadedScene read_scene(const std::filesystem::path& file,
+                       MissingMaterials missing = MissingMaterials::refuse);
 
 /// Throws InputError, saying how to add a lamp, when no material in use emits.
 void require_emission(const Scene& scene, const std::filesystem::path& file);
