@@ -3,12 +3,13 @@
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
-#include <vtkErrorCode.h>
 #include <vtkImageData.h>
 #include <vtkPNGWriter.h>
+#include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <numbers>
 #include <numeric>
 
@@ -278,16 +279,20 @@ void write_png(const std::filesystem::path& file, const Image& image) {
     const auto* row = image.pixels.data() + static_cast<std::size_t>(image.height - 1 - y) * row_bytes;
     std::copy_n(row->data(), 3 * row_bytes, static_cast<std::uint8_t*>(data->GetScalarPointer(0, y, 0)));
   }
+  // Encoded in memory: to a file that cannot be opened, VTK's writer leaks.
+  vtkNew<vtkPNGWriter> writer;
+  vtkNew<VtkErrors> errors;
+  errors->watch(writer);
+  writer->WriteToMemoryOn();
+  writer->SetInputData(data);
+  writer->Write();
+  if (!errors->first().empty()) throw IoError(fmt::format("{}: {}", file.string(), errors->first()));
+  vtkUnsignedCharArray* const bytes = writer->GetResult();
   write_atomically(file, [&](const std::filesystem::path& temporary) {
-    vtkNew<vtkPNGWriter> writer;
-    vtkNew<VtkErrors> errors;
-    errors->watch(writer);
-    writer->SetFileName(temporary.c_str());
-    writer->SetInputData(data);
-    writer->Write();
-    if (!errors->first().empty() || writer->GetErrorCode() != vtkErrorCode::NoError)
-      throw IoError(errors->first().empty() ? vtkErrorCode::GetStringFromErrorCode(writer->GetErrorCode())
-                                            : errors->first());
+    std::ofstream stream(temporary, std::ios::binary);
+    stream.write(reinterpret_cast<const char*>(bytes->GetPointer(0)), bytes->GetNumberOfValues());
+    stream.close();
+    if (!stream) throw IoError("the disk is full or the file cannot be opened");
   });
 }
 
