@@ -1,14 +1,67 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "pair_factors.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
+#include "radiosity/meshing/tolerances.hpp"
 #include "sampling.hpp"
 
 namespace radiosity {
 
+namespace {
+
+// Planar, and turning left at every corner.
+bool is_convex(const std::vector<Vec3>& c, const Vec3& normal) {
+  for (std::size_t k = 0; k < c.size(); ++k) {
+    const Vec3 e = c[(k + 1) % c.size()] - c[k];
+    const Vec3 f = c[(k + 2) % c.size()] - c[k];
+    if (normal.dot(e.cross(f)) < 0 || std::abs(normal.dot(e)) > tolerance::kPlanarity * e.norm())
+      return false;
+  }
+  return true;
+}
+
+// Calls f(x, weight) for points of a convex polygon: the midpoints of an m × m grid on a quad, otherwise the centroids of the
+// m² similar triangles of each triangle of a fan. Weights are areas.
+template <class F>
+void for_each_point(const Polygon& polygon, int m, F&& f) {
+  const auto& c = polygon.corners;
+  const double h = 1.0 / m;
+  if (c.size() == 4) {
+    for (int a = 0; a < m; ++a) {
+      for (int b = 0; b < m; ++b) {
+        const double u = (a + 0.5) * h;
+        const double v = (b + 0.5) * h;
+        const Vec3 du = (1 - v) * (c[1] - c[0]) + v * (c[2] - c[3]);
+        const Vec3 dv = (1 - u) * (c[3] - c[0]) + u * (c[2] - c[1]);
+        f((1 - u) * ((1 - v) * c[0] + v * c[3]) + u * ((1 - v) * c[1] + v * c[2]),
+          polygon.normal.dot(du.cross(dv)));
+      }
+    }
+    return;
+  }
+  for (std::size_t k = 1; k + 1 < c.size(); ++k) {
+    const Vec3 e1 = c[k] - c[0];
+    const Vec3 e2 = c[k + 1] - c[0];
+    const double area = polygon.normal.dot(e1.cross(e2));
+    for (int a = 0; a < m; ++a) {
+      for (int b = 0; a + b < m; ++b) {
+        f(c[0] + ((a + 1.0 / 3) * h) * e1 + ((b + 1.0 / 3) * h) * e2, area);
+        if (a + b + 1 < m) f(c[0] + ((a + 2.0 / 3) * h) * e1 + ((b + 2.0 / 3) * h) * e2, area);
+      }
+    }
+  }
+}
+
+}  // namespace
+
 PairFactors::PairFactors(const Visibility& visibility, Index samples, std::uint64_t seed)
-    : visibility_(visibility), packets_((samples + 15) / 16), seed_(seed) {
+    : visibility_(visibility),
+      packets_((samples + 15) / 16),
+      points_per_side_(static_cast<int>(std::lround(std::sqrt(16.0 * packets_)))),
+      seed_(seed) {
   const PatchMesh& mesh = visibility.mesh();
   // Kept near the origin: differences of large coordinates are taken once, here.
   const Vec3 centre = (mesh.lower() + mesh.upper()) / 2;
@@ -16,8 +69,12 @@ PairFactors::PairFactors(const Visibility& visibility, Index samples, std::uint6
   for (Index i = 0; i < mesh.patch_count(); ++i) {
     std::vector<Vec3> corners;
     for (const Index v : mesh.corners(i)) corners.push_back(mesh.vertex(v) - centre);
+    convex_.push_back(is_convex(corners, mesh.normal(i)));
     polygons_.emplace_back(std::move(corners), mesh.normal(i));
   }
+  if (visibility.convex()) return;
+  occluders_.emplace(mesh, centre);
+  if (!occluders_->usable()) occluders_.reset();
 }
 
 PairFactors::Weights PairFactors::sight_lines(Index i, Index j, Index first, Index last) const {
@@ -63,7 +120,7 @@ PairFactors::Weights PairFactors::sight_lines(Index i, Index j, Index first, Ind
   return weights;
 }
 
-double PairFactors::visible_fraction(Index i, Index j) const {
+double PairFactors::visible_by_rays(Index i, Index j) const {
   Weights weights = sight_lines(i, j, 0, packets_);
   if (weights.seen > 0 && weights.seen < weights.all) {
     const Weights more = sight_lines(i, j, packets_, 4 * packets_);
@@ -79,9 +136,39 @@ double PairFactors::mutual_area(Index i, Index j) const {
   const Polygon& q = polygons_[static_cast<std::size_t>(j)];
   const Vec3 r = q.centroid - p.centroid;
   if (p.normal.dot(r) < -q.radius || q.normal.dot(r) > p.radius) return 0;  // behind one another
-  const double open = radiosity::mutual_area(p, q);
-  if (open <= 0 || visibility_.convex()) return open;
-  return open * visible_fraction(i, j);
+  bool p_visible = false;
+  bool q_visible = false;
+  const std::optional<Polygon> p_front = front_part(p, q, p_visible);
+  const std::optional<Polygon> q_front = front_part(q, p, q_visible);
+  if (!p_visible || !q_visible) return 0;
+  const Polygon& p_seen = p_front ? *p_front : p;
+  const Polygon& q_seen = q_front ? *q_front : q;
+  if (visibility_.convex()) return unclipped_mutual_area(p_seen, q_seen);
+  const bool exact =
+      occluders_ && convex_[static_cast<std::size_t>(i)] && convex_[static_cast<std::size_t>(j)];
+  const double fraction = exact ? visible_by_shadows(i, p_seen, j, q_seen) : visible_by_rays(i, j);
+  return fraction > 0 ? fraction * unclipped_mutual_area(p_seen, q_seen) : 0;
+}
+
+double PairFactors::visible_by_shadows(Index i, const Polygon& p, Index j, const Polygon& q) const {
+  thread_local Occluders::Scratch scratch;
+  switch (occluders_->classify(i, p.corners, j, q.corners, scratch)) {
+    case Occluders::View::free:
+      return 1;
+    case Occluders::View::hidden:
+      return 0;
+    case Occluders::View::partial:
+      break;
+  }
+  const Polygon& from = p.area <= q.area ? p : q;
+  const Polygon& to = p.area <= q.area ? q : p;
+  double seen = 0;
+  double all = 0;
+  for_each_point(from, points_per_side_, [&](const Vec3& x, double weight) {
+    all += weight * point_factor(x, from.normal, to.corners);
+    seen += weight * occluders_->visible_point_factor(x, from.normal, to.corners, scratch);
+  });
+  return all > 0 ? std::clamp(seen / all, 0.0, 1.0) : 0;
 }
 
 }  // namespace radiosity

@@ -3,16 +3,22 @@
 
 #include <atomic>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
+#include "occluders.hpp"
 #include "polygon_factor.hpp"
 #include "radiosity/formfactors/visibility.hpp"
 
 namespace radiosity {
 
-/// A_i F_ij of single pairs = (exact unoccluded factor) × (visible fraction). The fraction is measured on stratified
-/// pairs of points, each weighted by its kernel k = cosθ cosθ' / r²:   Σ V k / Σ k;  a pair that the first points find
-/// partly hidden gets four times as many. Convex scenes cast no ray and are exact.
+/// A_i F_ij of single pairs = (exact unoccluded factor) × (visible fraction). Convex scenes need no fraction and are exact.
+/// Elsewhere the polygons of the scene as they were before they were cut into patches are asked (Occluders): most pairs
+/// are proved to see all or nothing of each other. The others take the fraction
+///   Σ_k w_k F(x_k → visible part of j) / Σ_k w_k F(x_k → j)
+/// over points x_k of the smaller patch, each term exact. Where the scene has too many polygons, or a patch is not convex,
+/// shadow rays measure the fraction on stratified pairs of points, each weighted by its kernel k = cosθ cosθ' / r²:
+///   Σ V k / Σ k;  a pair that the first rays find partly hidden gets four times as many.
 class PairFactors {
  public:
   /// `samples` is rounded up to a multiple of 16. The visibility must outlive this object.
@@ -29,12 +35,16 @@ class PairFactors {
     double seen = 0, all = 0;
   };
   Weights sight_lines(Index i, Index j, Index first, Index last) const;
-  double visible_fraction(Index i, Index j) const;
+  double visible_by_rays(Index i, Index j) const;
+  double visible_by_shadows(Index i, const Polygon& p, Index j, const Polygon& q) const;
 
   const Visibility& visibility_;
   Index packets_;
+  int points_per_side_;
   std::uint64_t seed_;
   std::vector<Polygon> polygons_;
+  std::vector<bool> convex_;
+  std::optional<Occluders> occluders_;  // absent where rays are used
   mutable std::atomic<std::uint64_t> rays_{0};
 };
 

@@ -191,39 +191,38 @@ double contour_mutual_area(std::span<const Vec3> p, std::span<const Vec3> q) {
   return sum / (2 * std::numbers::pi);
 }
 
-double mutual_area(const Polygon& p, const Polygon& q) {
-  // Heights over the other plane, relative to a point of that plane, so that distant scenes lose nothing.
-  const double slack = tolerance::kOnPlane * (p.radius + q.radius + (p.centroid - q.centroid).norm());
-  const auto reach = [slack](const Polygon& a, const Polygon& b) {
-    bool above = false;
-    bool below = false;
-    for (const Vec3& v : a.corners) {
-      const double h = b.normal.dot(v - b.centroid);
-      above = above || h > slack;
-      below = below || h < -slack;
-    }
-    return std::pair{above, below};
-  };
-  const auto [p_above, p_below] = reach(p, q);
-  const auto [q_above, q_below] = reach(q, p);
-  if (!p_above || !q_above) return 0;
-  if (p_below || q_below) {
-    const auto front_part = [slack](const Polygon& a, const Polygon& b) {
-      return Polygon(clip(a.corners, b.normal, b.normal.dot(b.centroid), slack), a.normal);
-    };
-    const Polygon p_front = p_below ? front_part(p, q) : p;
-    const Polygon q_front = q_below ? front_part(q, p) : q;
-    if (p_front.area <= 0 || q_front.area <= 0) return 0;
-    return std::clamp(unclipped_mutual_area(p_front, q_front), 0.0, std::min(p_front.area, q_front.area));
+std::optional<Polygon> front_part(const Polygon& a, const Polygon& b, bool& visible) {
+  // Heights over b's plane, relative to a point of that plane, so that distant scenes lose nothing.
+  const double slack = tolerance::kOnPlane * (a.radius + b.radius + (a.centroid - b.centroid).norm());
+  bool above = false;
+  bool below = false;
+  for (const Vec3& v : a.corners) {
+    const double h = b.normal.dot(v - b.centroid);
+    above = above || h > slack;
+    below = below || h < -slack;
   }
-  // Rounding may leave [0, min(A_i, A_j)] by 1e-16.
-  return std::clamp(unclipped_mutual_area(p, q), 0.0, std::min(p.area, q.area));
+  visible = above;
+  if (!above || !below) return std::nullopt;
+  Polygon part(clip(a.corners, b.normal, b.normal.dot(b.centroid), slack), a.normal);
+  visible = part.area > 0;
+  return part;
+}
+
+double mutual_area(const Polygon& p, const Polygon& q) {
+  bool p_visible = false;
+  bool q_visible = false;
+  const std::optional<Polygon> p_front = front_part(p, q, p_visible);
+  const std::optional<Polygon> q_front = front_part(q, p, q_visible);
+  if (!p_visible || !q_visible) return 0;
+  return unclipped_mutual_area(p_front ? *p_front : p, q_front ? *q_front : q);
 }
 
 double unclipped_mutual_area(const Polygon& p, const Polygon& q) {
   const double r = (p.centroid - q.centroid).norm();
-  if (r > tolerance::kFarPair * (p.radius + q.radius)) return quadrature(p, q);
-  return contour_mutual_area(p.corners, q.corners);
+  const double area = r > tolerance::kFarPair * (p.radius + q.radius)
+                          ? quadrature(p, q)
+                          : contour_mutual_area(p.corners, q.corners);
+  return std::clamp(area, 0.0, std::min(p.area, q.area));  // rounding may leave that range by 1e-16
 }
 
 }  // namespace radiosity

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -36,6 +37,9 @@ std::vector<Vec3> clip(std::span<const Vec3> polygon, const Vec3& normal, double
 /// the contours come near each other; parallel edges are closed altogether. Far pairs, where the contour form
 /// cancels, take a product Gauss rule of the kernel cosθ cosθ' / (π r²).
 double mutual_area(const Polygon& p, const Polygon& q);
+
+/// The part of `a` in front of b's plane, where that is neither all of it nor nothing; `visible` says whether anything is.
+std::optional<Polygon> front_part(const Polygon& a, const Polygon& b, bool& visible);
 
 /// The two branches, without clipping: the choice between them, and the contour form alone.
 double unclipped_mutual_area(const Polygon& p, const Polygon& q);

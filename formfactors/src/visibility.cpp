@@ -2,6 +2,7 @@
 #include "radiosity/formfactors/visibility.hpp"
 
 #include <embree3/rtcore.h>
+#include <tbb/task_arena.h>
 
 #include <cmath>
 #include <limits>
@@ -127,9 +128,7 @@ Visibility::Visibility(const PatchMesh& mesh)
                              static_cast<float>(d)});
   }
 
-  // One thread builds the tree: its shape, and with it the winner where two surfaces are hit at the same
-  // distance, must not depend on the number of threads.
-  impl_->device = rtcNewDevice("threads=1");
+  impl_->device = rtcNewDevice(nullptr);
   if (impl_->device == nullptr) throw std::runtime_error("Embree cannot make a device");
   impl_->scene = rtcNewScene(impl_->device);
   rtcSetSceneFlags(impl_->scene, static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST));
@@ -148,7 +147,9 @@ Visibility::Visibility(const PatchMesh& mesh)
   rtcCommitGeometry(geometry);
   rtcAttachGeometryByID(impl_->scene, geometry, 0);
   rtcReleaseGeometry(geometry);
-  rtcCommitScene(impl_->scene);
+  // One thread builds the tree: its shape, and with it the winner where two surfaces are hit at the same
+  // distance, must not depend on the number of threads. (The device option "threads=1" would hold back the whole process.)
+  tbb::task_arena(1).execute([&] { rtcCommitScene(impl_->scene); });
   if (const RTCError error = rtcGetDeviceError(impl_->device); error != RTC_ERROR_NONE) {
     throw std::runtime_error("Embree fails with error " + std::to_string(error));
   }

@@ -296,10 +296,13 @@ TEST_P(Method, RepeatsItselfToTheBit) {
 }
 
 TEST_P(Method, DrawsOtherSamplesForAnotherSeed) {
-  if (info().setting != "samples") GTEST_SKIP() << "not sampled";
   const PatchMesh mesh = room_with_floating_box(2, 1);
   FormFactorOptions other;
   other.seed = 2;
+  if (info().name == "analytic") {  // draws nothing where the polygons are few
+    EXPECT_EQ(MethodSetup(mesh, info()).raw().f, MethodSetup(mesh, info(), other).raw().f);
+    return;
+  }
   EXPECT_NE(MethodSetup(mesh, info()).raw().f, MethodSetup(mesh, info(), other).raw().f);
 }
 
@@ -337,7 +340,10 @@ TEST_P(Method, CountsItsRays) {
     EXPECT_EQ(setup.method->rays(), static_cast<std::uint64_t>(info().default_setting * setup.size()));
   }
   if (info().name == "analytic") {
-    EXPECT_GT(setup.method->rays(), 0u);
+    EXPECT_EQ(setup.method->rays(), 0u);  // exact shadows of the room's few polygons
+    const MethodSetup crowded(room_with_triangle_soup(1, 2100, 3), info());
+    crowded.method->rows(0, 1, false, [](Index, auto, auto, double) {});
+    EXPECT_GT(crowded.method->rays(), 0u);
   }
 }
 
