@@ -96,11 +96,12 @@ void edges_of(std::span<const Vec3> polygon, std::vector<Edge>& edges) {
 }
 
 // Kernel cosθ cosθ' / (π r²) summed over the two product rules. Points behind the other plane do not occur here.
-double quadrature(const Polygon& p, const Polygon& q) {
+double quadrature(const Polygon& p, const std::vector<Polygon::Node>& p_nodes, const Polygon& q,
+                  const std::vector<Polygon::Node>& q_nodes) {
   double sum = 0;
-  for (const auto& a : p.nodes) {
+  for (const auto& a : p_nodes) {
     double inner = 0;
-    for (const auto& b : q.nodes) {
+    for (const auto& b : q_nodes) {
       const Vec3 r = b.x - a.x;
       const double r2 = r.squaredNorm();
       inner -= b.weight * p.normal.dot(r) * q.normal.dot(r) / (r2 * r2);
@@ -110,29 +111,29 @@ double quadrature(const Polygon& p, const Polygon& q) {
   return sum / std::numbers::pi;
 }
 
-// Weights add up to the area. Convex planar quads take 3 × 3 Gauss points of the bilinear map, everything else the
-// 7-point rule of degree 5 on each triangle of a fan with signed areas [Radon1948].
-std::vector<Polygon::Node> quadrature_nodes(const std::vector<Vec3>& c, const Vec3& normal) {
+// The n × n Gauss points of the bilinear map of a convex quad; nothing where the map folds.
+template <std::size_t n>
+std::vector<Polygon::Node> tensor_nodes(const std::vector<Vec3>& c, const Vec3& normal,
+                                        const std::array<double, n>& x, const std::array<double, n>& w) {
   std::vector<Polygon::Node> nodes;
-  if (c.size() == 4) {
-    constexpr std::array<double, 3> x{0.1127016653792583, 0.5, 0.8872983346207417};
-    constexpr std::array<double, 3> w{5.0 / 18, 8.0 / 18, 5.0 / 18};
-    bool positive = true;
-    for (std::size_t i = 0; i < 3; ++i) {
-      for (std::size_t j = 0; j < 3; ++j) {
-        const double u = x[i];
-        const double v = x[j];
-        const Vec3 du = (1 - v) * (c[1] - c[0]) + v * (c[2] - c[3]);
-        const Vec3 dv = (1 - u) * (c[3] - c[0]) + u * (c[2] - c[1]);
-        const double jacobian = normal.dot(du.cross(dv));
-        positive = positive && jacobian > 0;
-        nodes.push_back({(1 - u) * ((1 - v) * c[0] + v * c[3]) + u * ((1 - v) * c[1] + v * c[2]),
-                         w[i] * w[j] * jacobian});
-      }
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t j = 0; j < n; ++j) {
+      const double u = x[i];
+      const double v = x[j];
+      const Vec3 du = (1 - v) * (c[1] - c[0]) + v * (c[2] - c[3]);
+      const Vec3 dv = (1 - u) * (c[3] - c[0]) + u * (c[2] - c[1]);
+      const double jacobian = normal.dot(du.cross(dv));
+      if (jacobian <= 0) return {};
+      nodes.push_back(
+          {(1 - u) * ((1 - v) * c[0] + v * c[3]) + u * ((1 - v) * c[1] + v * c[2]), w[i] * w[j] * jacobian});
     }
-    if (positive) return nodes;
-    nodes.clear();
   }
+  return nodes;
+}
+
+// The 7-point rule of degree 5 on each triangle of a fan with signed areas [Radon1948].
+std::vector<Polygon::Node> fan_nodes(const std::vector<Vec3>& c, const Vec3& normal) {
+  std::vector<Polygon::Node> nodes;
   const double root = std::sqrt(15.0);
   for (std::size_t k = 1; k + 1 < c.size(); ++k) {
     const double area = normal.dot((c[k] - c[0]).cross(c[k + 1] - c[0])) / 2;
@@ -163,7 +164,13 @@ Polygon::Polygon(std::vector<Vec3> c, const Vec3& unit_normal) : corners(std::mo
   if (area > 0) centroid += moment / area;
   radius = 0;
   for (const Vec3& v : corners) radius = std::max(radius, (v - centroid).norm());
-  nodes = quadrature_nodes(corners, normal);
+  if (corners.size() == 4) {
+    nodes = tensor_nodes<3>(corners, normal, {0.1127016653792583, 0.5, 0.8872983346207417},
+                            {5.0 / 18, 8.0 / 18, 5.0 / 18});
+    few_nodes = tensor_nodes<2>(corners, normal, {0.2113248654051871, 0.7886751345948129}, {0.5, 0.5});
+  }
+  if (nodes.empty()) nodes = fan_nodes(corners, normal);
+  if (few_nodes.empty()) few_nodes = nodes;
 }
 
 std::vector<Vec3> clip(std::span<const Vec3> polygon, const Vec3& normal, double d, double slack) {
@@ -219,9 +226,10 @@ double mutual_area(const Polygon& p, const Polygon& q) {
 
 double unclipped_mutual_area(const Polygon& p, const Polygon& q) {
   const double r = (p.centroid - q.centroid).norm();
-  const double area = r > tolerance::kFarPair * (p.radius + q.radius)
-                          ? quadrature(p, q)
-                          : contour_mutual_area(p.corners, q.corners);
+  const double reach = p.radius + q.radius;
+  const double area = r > tolerance::kVeryFarPair * reach ? quadrature(p, p.few_nodes, q, q.few_nodes)
+                      : r > tolerance::kFarPair * reach   ? quadrature(p, p.nodes, q, q.nodes)
+                                                          : contour_mutual_area(p.corners, q.corners);
   return std::clamp(area, 0.0, std::min(p.area, q.area));  // rounding may leave that range by 1e-16
 }
 

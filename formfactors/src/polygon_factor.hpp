@@ -19,12 +19,12 @@ struct Polygon {
   double area;
   double radius;  ///< of the sphere round the centroid that holds the corners
 
-  /// A quadrature rule of degree 5 over the polygon; the weights add up to the area.
+  /// Quadrature rules of degree 5 and 3 over the polygon; the weights add up to the area.
   struct Node {
     Vec3 x;
     double weight;
   };
-  std::vector<Node> nodes;
+  std::vector<Node> nodes, few_nodes;
 };
 
 /// The part of a polygon where n·x ≥ d (Sutherland and Hodgman); corners within `slack` of the plane count as on it.
