@@ -245,8 +245,8 @@ class Parser {
           ->group(group);
     }
     add_checked(command->add_option("--samples", options_.flags.samples,
-                                    fmt::format("Rays per patch (hemisphere) or shadow rays per doubtful\n"
-                                                "pair of patches (analytic). Default: {}",
+                                    fmt::format("Rays per patch (hemisphere), or points or shadow rays per\n"
+                                                "partly hidden pair (analytic). Default: {}",
                                                 defaults_of("samples"))),
                 "N", whole<Index>(1, kMaxIndex))
         ->group(group);

@@ -17,9 +17,8 @@
 namespace radiosity {
 namespace {
 
-constexpr Index kLampSamples =
-    16;                       // shadow rays between a lamp and another patch, four times as many in penumbra
-constexpr Index kBlock = 16;  // rows that one task computes
+// Rows that one task computes.
+constexpr Index kBlock = 16;
 
 // Sparse rows while they are being made.
 struct Row {
@@ -138,16 +137,6 @@ void mirror(RowList& upper, const Eigen::ArrayXd& areas) {
   });
 }
 
-// Patches that emit, unless they are so many that pairs would cost more than the sampled rows.
-std::vector<Index> lamps_of(const PatchMesh& mesh) {
-  std::vector<Index> lamps;
-  for (Index i = 0; i < mesh.patch_count(); ++i) {
-    if ((mesh.material_of(i).emission > 0).any()) lamps.push_back(i);
-  }
-  const auto most = std::max<std::size_t>(4, at(mesh.patch_count()) / 20);
-  return lamps.size() <= most ? lamps : std::vector<Index>{};
-}
-
 // Replaces rows and columns of the lamps by factors of single pairs.
 void replace_lamps(RowList& rows, const std::vector<Index>& lamps, const PairFactors& pairs,
                    const Eigen::ArrayXd& areas) {
@@ -218,7 +207,7 @@ Eigen::ArrayXd row_sums(const RowList& rows) {
 // An eigenvalue λ of F damps its mode by (1 − λ)/2 each sweep.
 void scale_to_row_sums(RowList& rows, const Eigen::ArrayXd& target) {
   constexpr int kSweeps = 100;
-  constexpr double kEnough = 1e-9;
+  constexpr double kEnough = 1e-7;  // single precision rounds row sums by a tenth of this
   const auto n = static_cast<Index>(rows.size());
   Eigen::ArrayXd d = Eigen::ArrayXd::Ones(n);
   Eigen::ArrayXd reached(n);

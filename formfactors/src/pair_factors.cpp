@@ -57,6 +57,18 @@ void for_each_point(const Polygon& polygon, int m, F&& f) {
 
 }  // namespace
 
+std::vector<Index> lamps_of(const PatchMesh& mesh) {
+  constexpr std::size_t kMostPairs = 50'000'000;
+  std::vector<Index> lamps;
+  for (Index i = 0; i < mesh.patch_count(); ++i) {
+    if ((mesh.material_of(i).emission > 0).any()) lamps.push_back(i);
+  }
+  const std::size_t n = static_cast<std::size_t>(mesh.patch_count());
+  const std::size_t most =
+      std::max<std::size_t>(4, std::min(n / 20, kMostPairs / std::max<std::size_t>(n, 1)));
+  return lamps.size() <= most ? lamps : std::vector<Index>{};
+}
+
 PairFactors::PairFactors(const Visibility& visibility, Index samples, std::uint64_t seed)
     : visibility_(visibility),
       packets_((samples + 15) / 16),

@@ -12,6 +12,13 @@
 
 namespace radiosity {
 
+/// Points per partly hidden pair of a lamp and another patch.
+inline constexpr Index kLampSamples = 16;
+
+/// Patches that emit, ascending; none where they are so many (one in 20, or 5·10⁷ pairs: half a minute and 400 MB) that
+/// pairs would cost more than sampled rows.
+std::vector<Index> lamps_of(const PatchMesh& mesh);
+
 /// A_i F_ij of single pairs = (exact unoccluded factor) × (visible fraction). Convex scenes need no fraction and are exact.
 /// Elsewhere the polygons of the scene as they were before they were cut into patches are asked (Occluders): most pairs
 /// are proved to see all or nothing of each other. The others take the fraction

@@ -40,20 +40,29 @@ struct AssemblyReport {
 };
 
 /// All rows of F. Rows are computed in parallel in blocks of fixed size, so the bits do not depend on the
-/// number of threads. Then, unless the method is exact or `close` is off,
-///   S_ij = (F_ij + F_ji) / (1/A_i + 1/A_j),   S ← D S D   with D diagonal such that Σ_j S_ij = A_i (1 −
-///   escaped_i),
+/// number of threads.
+///
+/// Where the method samples directions, patches that emit get factors pair by pair, as by the analytic method:
+/// what few samples find of a small lamp is noise. Only while they are few: at most one patch in 20, and at
+/// most 5·10⁷ pairs.
+///
+/// Then, unless the method is exact or `close` is off, the two estimates of each A_i F_ij are averaged by
+/// inverse variance and scaled,
+///   S_ij = (F_ij + F_ji) / (1/A_i + 1/A_j),
+///   S ← D S D   with D diagonal such that Σ_j S_ij = A_i (1 − escaped_i),
 /// a symmetric Sinkhorn scaling [Knight2008] that keeps zeros and signs; what remains goes to the matrix's
-/// diagonal.
+/// diagonal. Rows of a method that cannot tell what escapes are scaled in closed scenes only.
 FormFactorMatrix assemble(const FormFactorMethod& method, const Visibility& visibility,
                           const AssemblyOptions& options = {}, AssemblyReport* report = nullptr);
 
-/// F that is never stored: each row is computed when a solver asks for it, as the method makes it. Reciprocity and closure
-/// cannot be restored row by row: what a row lacks shows in the energy balance.
+/// F that is never stored: each row is computed when a solver asks for it, as the method makes it, but the rows
+/// of lamps pair by pair as in `assemble`. Reciprocity and closure cannot be restored row by row: what a row
+/// lacks shows in the energy balance.
 class RowsOnDemand final : public FormFactors {
  public:
-  /// The method must outlive this object.
+  /// Both must outlive this object.
   RowsOnDemand(const FormFactorMethod& method, const Visibility& visibility);
+  ~RowsOnDemand() override;
 
   Index size() const override { return n_; }
   FormFactorRow row(Index i, RowBuffer& buffer) const override;
@@ -62,8 +71,10 @@ class RowsOnDemand final : public FormFactors {
   double escaped(Index i) const override { return escaped_[static_cast<std::size_t>(i)].load(); }
 
  private:
+  struct Lamps;
   const FormFactorMethod& method_;
   Index n_;
+  std::unique_ptr<Lamps> lamps_;  // absent where the method looks at pairs anyway, or lamps are many
   std::unique_ptr<std::atomic<double>[]> escaped_;
 };
 

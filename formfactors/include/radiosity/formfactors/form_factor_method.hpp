@@ -14,8 +14,8 @@
 namespace radiosity {
 
 struct FormFactorOptions {
-  Index samples =
-      0;  ///< rays per patch (hemisphere), shadow rays per doubtful pair (analytic); 0: the default
+  /// Rays per patch (hemisphere); points, or shadow rays, per partly hidden pair (analytic). 0: the default.
+  Index samples = 0;
   Index resolution = 0;    ///< cells along an edge of the hemicube's top; 0: the default
   std::uint64_t seed = 1;  ///< of the streams of random numbers, one stream per patch
 };
