@@ -164,6 +164,7 @@ Occluders::View Occluders::classify(Index i, std::span<const Vec3> p, Index j, s
     }
   }
   if (scratch.candidates.empty()) return View::free;
+  if (scratch.candidates.size() > kMostToTest) return View::crowded;
 
   // The shaft: planes through an edge of one and a corner of the other that have both on one side.
   scratch.shaft.clear();
@@ -205,6 +206,7 @@ Occluders::View Occluders::classify(Index i, std::span<const Vec3> p, Index j, s
   };
   std::erase_if(scratch.candidates, outside_shaft);
   if (scratch.candidates.empty()) return View::free;
+  if (scratch.candidates.size() > kMostShadows) return View::crowded;
 
   // Hidden when one convex polygon meets the segments between all pairs of corners, hence all segments.
   for (const int o : scratch.candidates) {

@@ -14,8 +14,11 @@ namespace radiosity {
 /// Coordinates are relative to `origin`.
 class Occluders {
  public:
-  /// More polygons than this are left to rays.
+  /// Above these, rays are cheaper: polygons in the scene; polygons to test against the shaft of a pair; polygons
+  /// that cast shadows between a pair (each may cut what the others leave visible in several pieces).
   static constexpr std::size_t kMost = 2048;
+  static constexpr std::size_t kMostToTest = 128;
+  static constexpr std::size_t kMostShadows = 16;
 
   Occluders(const PatchMesh& mesh, const Vec3& origin);
 
@@ -35,10 +38,11 @@ class Occluders {
     std::vector<Vec3> inside, outside;
   };
 
-  enum class View { free, hidden, partial };
+  enum class View { free, hidden, partial, crowded };
 
-  /// Proves that nothing stands between p (part of patch i) and q (part of patch j), or that one polygon hides them from
-  /// each other; where neither can be proved, leaves the polygons concerned in scratch.candidates. p and q are convex.
+  /// Proves that nothing stands between p (part of patch i) and q (part of patch j), or that one polygon hides
+  /// them from each other; where neither can be proved, leaves the polygons concerned in scratch.candidates.
+  /// Crowded: so many polygons may stand between them that rays are cheaper. p and q are convex.
   View classify(Index i, std::span<const Vec3> p, Index j, std::span<const Vec3> q, Scratch& scratch) const;
 
   /// Factor from a point x with normal n to the part of q that scratch.candidates leave visible.

@@ -169,6 +169,8 @@ double PairFactors::visible_by_shadows(Index i, const Polygon& p, Index j, const
       return 1;
     case Occluders::View::hidden:
       return 0;
+    case Occluders::View::crowded:
+      return visible_by_rays(i, j);
     case Occluders::View::partial:
       break;
   }
