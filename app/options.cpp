@@ -10,31 +10,17 @@
 #include <cmath>
 #include <limits>
 #include <memory>
-#include <numeric>
 #include <sstream>
 #include <vector>
 
 #include "radiosity/formfactors/form_factor_method.hpp"
+#include "radiosity/io/nearest_name.hpp"
 #include "radiosity/solver/solver.hpp"
 
 namespace radiosity::app {
 namespace {
 
 using Check = std::function<std::string(const std::string&)>;  // an empty answer means: good
-
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), 0U);
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = row[0]++;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t substituted = diagonal + (a[i] == b[j] ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({substituted, row[j] + 1, row[j + 1] + 1});
-    }
-  }
-  return row.back();
-}
 
 template <class Number>
 std::optional<Number> parse_number(const std::string& text) {

@@ -141,7 +141,6 @@ void mirror(RowList& upper, const Eigen::ArrayXd& areas) {
 void replace_lamps(RowList& rows, const std::vector<Index>& lamps, const PairFactors& pairs,
                    const Eigen::ArrayXd& areas) {
   const auto n = static_cast<Index>(rows.size());
-  for (const Index lamp : lamps) rows[at(lamp)] = {};
   std::vector<Eigen::ArrayXd> mutual(lamps.size(), Eigen::ArrayXd(n));
   for_each_row(n, [&](Index i) {
     for (std::size_t k = 0; k < lamps.size(); ++k)
@@ -178,8 +177,7 @@ void replace_lamps(RowList& rows, const std::vector<Index>& lamps, const PairFac
 
 // Two estimates of the same A_i F_ij, one from either end. The one from i, of K samples, has a variance in proportion to A_i;
 // weighted by inverse variance,   A_i F_ij = (F_ij + F_ji) / (1/A_i + 1/A_j).
-void symmetrise(RowList& rows, const Eigen::ArrayXd& areas) {
-  const RowList t = transpose(rows);
+void symmetrise(RowList& rows, const RowList& t, const Eigen::ArrayXd& areas) {
   RowList symmetric(rows.size());
   for_each_row(static_cast<Index>(rows.size()), [&](Index i) {
     Row& row = symmetric[at(i)];
@@ -230,14 +228,15 @@ void scale_to_row_sums(RowList& rows, const Eigen::ArrayXd& target) {
   });
 }
 
-FormFactorQuality measure(const RowList& rows, const Eigen::ArrayXd& target, const Eigen::ArrayXd& areas) {
+// t is the transpose of rows.
+FormFactorQuality measure(const RowList& rows, const RowList& t, const Eigen::ArrayXd& target,
+                          const Eigen::ArrayXd& areas) {
   const auto n = static_cast<Index>(rows.size());
   FormFactorQuality quality;
   if (n == 0) return quality;
   const Eigen::ArrayXd closure = (row_sums(rows) - target).abs();
   quality.closure_error_max = closure.maxCoeff();
   quality.closure_error_mean = (closure * areas).sum() / areas.sum();
-  const RowList t = transpose(rows);
   Eigen::ArrayXd reciprocity = Eigen::ArrayXd::Zero(n);
   for_each_row(n, [&](Index i) {
     merge(rows[at(i)], t[at(i)], [&](Index j, double f_ij, double f_ji) {
@@ -360,15 +359,18 @@ FormFactorMatrix assemble(const FormFactorMethod& method, const Visibility& visi
   // A method that looks at pairs knows the row sums of an open scene better than a sample of directions does.
   const bool known_target = facts.closed_scene || method_sees_escape;
 
-  facts.before = measure(rows, target, areas);
+  RowList t = transpose(rows);
+  facts.before = measure(rows, t, target, areas);
   facts.closed_rows = close && known_target;
   if (facts.closed_rows) {
-    if (!method.reciprocal()) symmetrise(rows, areas);
+    if (!method.reciprocal()) symmetrise(rows, t, areas);
     scale_to_row_sums(rows, target);
-    facts.after = measure(rows, target, areas);
+    t = transpose(rows);
+    facts.after = measure(rows, t, target, areas);
   } else {
     facts.after = facts.before;
   }
+  t = {};
 
   const Eigen::ArrayXd sums = row_sums(rows);
   facts.blind_patches = static_cast<Index>((sums == 0).count());

@@ -24,7 +24,6 @@ class Occluders {
 
   /// Whether the scene has few enough polygons for exact visibility to pay.
   bool usable() const { return usable_; }
-  std::size_t size() const { return polygons_.size(); }
 
   /// Memory for one thread's questions.
   struct Scratch {

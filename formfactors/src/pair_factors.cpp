@@ -155,11 +155,11 @@ double PairFactors::mutual_area(Index i, Index j) const {
   if (!p_visible || !q_visible) return 0;
   const Polygon& p_seen = p_front ? *p_front : p;
   const Polygon& q_seen = q_front ? *q_front : q;
-  if (visibility_.convex()) return unclipped_mutual_area(p_seen, q_seen);
+  if (visibility_.convex()) return radiosity::mutual_area(p_seen, q_seen);
   const bool exact =
       occluders_ && convex_[static_cast<std::size_t>(i)] && convex_[static_cast<std::size_t>(j)];
   const double fraction = exact ? visible_by_shadows(i, p_seen, j, q_seen) : visible_by_rays(i, j);
-  return fraction > 0 ? fraction * unclipped_mutual_area(p_seen, q_seen) : 0;
+  return fraction > 0 ? fraction * radiosity::mutual_area(p_seen, q_seen) : 0;
 }
 
 double PairFactors::visible_by_shadows(Index i, const Polygon& p, Index j, const Polygon& q) const {

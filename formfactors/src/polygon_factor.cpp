@@ -95,6 +95,18 @@ void edges_of(std::span<const Vec3> polygon, std::vector<Edge>& edges) {
   }
 }
 
+// A_i F_ij in contour form.
+double contour_mutual_area(std::span<const Vec3> p, std::span<const Vec3> q) {
+  thread_local std::vector<Edge> pe, qe;
+  edges_of(p, pe);
+  edges_of(q, qe);
+  double sum = 0;
+  for (const Edge& e : pe) {
+    for (const Edge& f : qe) sum += edge_pair(e, f);
+  }
+  return sum / (2 * std::numbers::pi);
+}
+
 // Kernel cosθ cosθ' / (π r²) summed over the two product rules. Points behind the other plane do not occur here.
 double quadrature(const Polygon& p, const std::vector<Polygon::Node>& p_nodes, const Polygon& q,
                   const std::vector<Polygon::Node>& q_nodes) {
@@ -187,17 +199,6 @@ std::vector<Vec3> clip(std::span<const Vec3> polygon, const Vec3& normal, double
   return kept;
 }
 
-double contour_mutual_area(std::span<const Vec3> p, std::span<const Vec3> q) {
-  thread_local std::vector<Edge> pe, qe;
-  edges_of(p, pe);
-  edges_of(q, qe);
-  double sum = 0;
-  for (const Edge& e : pe) {
-    for (const Edge& f : qe) sum += edge_pair(e, f);
-  }
-  return sum / (2 * std::numbers::pi);
-}
-
 std::optional<Polygon> front_part(const Polygon& a, const Polygon& b, bool& visible) {
   // Heights over b's plane, relative to a point of that plane, so that distant scenes lose nothing.
   const double slack = tolerance::kOnPlane * (a.radius + b.radius + (a.centroid - b.centroid).norm());
@@ -216,15 +217,6 @@ std::optional<Polygon> front_part(const Polygon& a, const Polygon& b, bool& visi
 }
 
 double mutual_area(const Polygon& p, const Polygon& q) {
-  bool p_visible = false;
-  bool q_visible = false;
-  const std::optional<Polygon> p_front = front_part(p, q, p_visible);
-  const std::optional<Polygon> q_front = front_part(q, p, q_visible);
-  if (!p_visible || !q_visible) return 0;
-  return unclipped_mutual_area(p_front ? *p_front : p, q_front ? *q_front : q);
-}
-
-double unclipped_mutual_area(const Polygon& p, const Polygon& q) {
   const double r = (p.centroid - q.centroid).norm();
   const double reach = p.radius + q.radius;
   const double area = r > tolerance::kVeryFarPair * reach ? quadrature(p, p.few_nodes, q, q.few_nodes)

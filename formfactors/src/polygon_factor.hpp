@@ -31,18 +31,14 @@ struct Polygon {
 /// Non-convex polygons may come out with pairs of coincident, opposite edges: their contour integrals cancel.
 std::vector<Vec3> clip(std::span<const Vec3> polygon, const Vec3& normal, double d, double slack);
 
-/// Unoccluded A_i F_ij in m² between two planar polygons that may lie partly behind each other's plane:
-///   A_i F_ij = 1/(2π) ∮_i ∮_j ln|x − y| dx·dy   [Sparrow1963]
-/// over the parts in front of each other. The inner integral is closed, the outer one a Gauss rule graded towards where
-/// the contours come near each other; parallel edges are closed altogether. Far pairs, where the contour form
-/// cancels, take a product Gauss rule of the kernel cosθ cosθ' / (π r²).
-double mutual_area(const Polygon& p, const Polygon& q);
-
 /// The part of `a` in front of b's plane, where that is neither all of it nor nothing; `visible` says whether anything is.
 std::optional<Polygon> front_part(const Polygon& a, const Polygon& b, bool& visible);
 
-/// The two branches, without clipping: the choice between them, and the contour form alone.
-double unclipped_mutual_area(const Polygon& p, const Polygon& q);
-double contour_mutual_area(std::span<const Vec3> p, std::span<const Vec3> q);
+/// Unoccluded A_i F_ij in m² between two planar polygons that lie in front of each other's plane (see front_part):
+///   A_i F_ij = 1/(2π) ∮_i ∮_j ln|x − y| dx·dy   [Sparrow1963]
+/// The inner integral is closed, the outer one a Gauss rule graded towards where the contours come near each other;
+/// parallel edges are closed altogether. Far pairs, where the contour form cancels, take a product Gauss rule
+/// of the kernel cosθ cosθ' / (π r²).
+double mutual_area(const Polygon& p, const Polygon& q);
 
 }  // namespace radiosity

@@ -7,7 +7,7 @@
 #include <cctype>
 
 #include "mesh_file.hpp"
-#include "nearest_name.hpp"
+#include "radiosity/io/nearest_name.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "scene_file.hpp"
 

@@ -8,7 +8,7 @@
 #include <functional>
 #include <limits>
 
-#include "nearest_name.hpp"
+#include "radiosity/io/nearest_name.hpp"
 #include "radiosity/meshing/error.hpp"
 
 namespace radiosity {
