@@ -15,6 +15,13 @@ inline constexpr double kDegenerateHeight = 8 * std::numeric_limits<double>::eps
 /// precision files (relative rounding 6e-8) stay planar; a wall modelled 1 mm askew over 5 m does not.
 inline constexpr double kPlanarity = 1e-6;
 
+/// Patches that share an edge lie in one plane when no corner of one is further than kCoplanar · (scene diagonal), and the
+/// rounding of its coordinates, from the plane of the other: a cylinder of 10⁵ segments stays round.
+inline constexpr double kCoplanar = 1e-9;
+
+/// A boundary goes straight on where the sine of its turn is below this, besides the rounding of its coordinates.
+inline constexpr double kStraight = 1e-9;
+
 /// A line of one face touches another face when it is closer than kContact · (scene diagonal): 0.02 mm in a
 /// 20 m building. Contact only adds cut lines; it never moves a vertex.
 inline constexpr double kContact = 1e-6;

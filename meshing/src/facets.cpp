@@ -1,0 +1,309 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "radiosity/meshing/facets.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <unordered_map>
+
+#include "planar_mesh.hpp"
+#include "polygon.hpp"
+#include "radiosity/meshing/tolerances.hpp"
+
+namespace radiosity {
+namespace {
+
+using Loop = std::vector<Index>;
+
+// One number per position, the same for vertices at the same bits.
+std::vector<Index> positions(const PatchMesh& mesh) {
+  std::vector<Index> order(mesh.vertices().size());
+  std::iota(order.begin(), order.end(), 0);
+  const auto key = [&](Index v) {
+    const Vec3& x = mesh.vertex(v);
+    return std::array{x.x(), x.y(), x.z()};
+  };
+  std::sort(order.begin(), order.end(), [&](Index a, Index b) { return key(a) < key(b); });
+  std::vector<Index> position(order.size());
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const bool same = k > 0 && key(order[k]) == key(order[k - 1]);
+    position[at(order[k])] = same ? position[at(order[k - 1])] : order[k];
+  }
+  return position;
+}
+
+class Finder {
+ public:
+  explicit Finder(const PatchMesh& mesh)
+      : mesh_(mesh),
+        position_(positions(mesh)),
+        rounding_(tolerance::kDegenerateHeight *
+                  std::max(mesh.lower().cwiseAbs().maxCoeff(), mesh.upper().cwiseAbs().maxCoeff())),
+        slack_(tolerance::kCoplanar * mesh.diagonal() + rounding_) {}
+
+  std::vector<Facet> find() {
+    join();
+    const Index n = mesh_.patch_count();
+    std::unordered_map<Index, std::size_t> number;
+    std::vector<std::vector<Index>> groups;
+    for (Index i = 0; i < n; ++i) {
+      const auto [found, fresh] = number.try_emplace(root(i), groups.size());
+      if (fresh) groups.emplace_back();
+      groups[found->second].push_back(i);
+    }
+    std::vector<Facet> out;
+    for (auto& group : groups) {
+      std::vector<Facet::Piece> pieces;
+      if (group.size() > 1) pieces = outline(group);
+      if (!pieces.empty()) {
+        out.push_back({std::move(group), std::move(pieces)});
+        continue;
+      }
+      for (const Index i : group) out.push_back({{i}, whole(i)});
+    }
+    std::sort(out.begin(), out.end(),
+              [](const Facet& a, const Facet& b) { return a.patches[0] < b.patches[0]; });
+    return out;
+  }
+
+ private:
+  struct Side {
+    std::uint64_t key;
+    Index patch, from, to;
+    bool inner = false;
+  };
+
+  Index root(Index i) {
+    while (parent_[at(i)] != i) i = parent_[at(i)] = parent_[at(parent_[at(i)])];
+    return i;
+  }
+
+  bool reaches_out(Index patch, Index of) const {
+    for (const Index v : mesh_.corners(patch))
+      if (std::abs(mesh_.normal(of).dot(mesh_.vertex(v) - mesh_.centroid(of))) > slack_) return true;
+    return false;
+  }
+  // The normal of a sliver is rounding, so the plane of the other one may do.
+  bool coplanar(Index a, Index b) const {
+    return mesh_.normal(a).dot(mesh_.normal(b)) > 0.5 && !(reaches_out(a, b) && reaches_out(b, a));
+  }
+
+  void join() {
+    parent_.resize(at(mesh_.patch_count()));
+    std::iota(parent_.begin(), parent_.end(), 0);
+    for (Index i = 0; i < mesh_.patch_count(); ++i) {
+      const auto c = mesh_.corners(i);
+      side_start_.push_back(sides_.size());
+      for (std::size_t k = 0; k < c.size(); ++k) {
+        const Index from = position_[at(c[k])], to = position_[at(c[(k + 1) % c.size()])];
+        sides_.push_back({edge_key(from, to), i, from, to});
+      }
+    }
+    side_start_.push_back(sides_.size());
+    std::vector<std::size_t> order(sides_.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+      return sides_[a].key != sides_[b].key ? sides_[a].key < sides_[b].key : a < b;
+    });
+    for (std::size_t k = 0, next; k < order.size(); k = next) {
+      for (next = k + 1; next < order.size() && sides_[order[next]].key == sides_[order[k]].key;) ++next;
+      for (std::size_t p = k; p < next; ++p) {
+        for (std::size_t q = p + 1; q < next; ++q) {
+          Side &a = sides_[order[p]], &b = sides_[order[q]];
+          if (a.inner || b.inner || a.from != b.to || a.from == a.to || a.patch == b.patch ||
+              !coplanar(a.patch, b.patch))
+            continue;
+          a.inner = b.inner = true;
+          const Index ra = root(a.patch), rb = root(b.patch);
+          parent_[at(std::max(ra, rb))] = std::min(ra, rb);
+        }
+      }
+    }
+  }
+
+  // A patch that is a facet of its own; where it is not planar, every triangle has its own plane.
+  std::vector<Facet::Piece> whole(Index i) const {
+    const auto c = mesh_.corners(i);
+    const polygon::Plane plane(mesh_.vertices(), c);
+    if (c.size() > 3 && polygon::is_planar(plane, mesh_.vertices(), c)) {
+      if (polygon::is_convex(polygon::project(plane, mesh_.vertices(), c), -tolerance::kStraight)) {
+        Facet::Piece piece{{}, mesh_.normal(i)};
+        for (const Index v : c) piece.corners.push_back(mesh_.vertex(v));
+        return {std::move(piece)};
+      }
+      std::vector<Loop> loops;
+      for (const auto& t : mesh_.triangles(i)) loops.push_back({t[0], t[1], t[2]});
+      return lift(join_convex(std::move(loops), [&](Index v) { return plane.project(mesh_.vertex(v)); }),
+                  mesh_.normal(i), [&](Index v) { return mesh_.vertex(v); });
+    }
+    std::vector<Facet::Piece> pieces;
+    for (const auto& t : mesh_.triangles(i)) {
+      const Vec3 &a = mesh_.vertex(t[0]), &b = mesh_.vertex(t[1]), &d = mesh_.vertex(t[2]);
+      pieces.push_back({{a, b, d}, c.size() == 3 ? mesh_.normal(i) : (b - a).cross(d - a).normalized()});
+    }
+    return pieces;
+  }
+
+  // Convex pieces of the union of coplanar patches; none where their boundary does not enclose the same area.
+  std::vector<Facet::Piece> outline(const std::vector<Index>& group) const {
+    double total = 0;
+    Vec3 normal = Vec3::Zero();
+    for (const Index i : group) {
+      total += mesh_.area(i);
+      normal += mesh_.area(i) * mesh_.normal(i);
+    }
+    normal.normalize();
+    const Vec3 origin = mesh_.centroid(group[0]);
+    const Vec3 u = normal.unitOrthogonal(), v = normal.cross(u);
+
+    std::map<Index, std::vector<Index>> next;  // boundary edges by their start
+    for (const Index i : group) {
+      for (const Index c : mesh_.corners(i))
+        if (std::abs(normal.dot(mesh_.vertex(c) - origin)) > 4 * slack_) return {};
+      for (std::size_t s = side_start_[at(i)]; s < side_start_[at(i) + 1]; ++s)
+        if (!sides_[s].inner) next[sides_[s].from].push_back(sides_[s].to);
+    }
+    const auto flat = [&](Index p) {
+      return Vec2(u.dot(mesh_.vertex(p) - origin), v.dot(mesh_.vertex(p) - origin));
+    };
+    drop_straight(next, flat);
+
+    std::vector<Index> numbers;
+    std::vector<Vec2> points;
+    std::map<Index, Index> local;
+    for (const auto& [from, ends] : next) {
+      local[from] = static_cast<Index>(points.size());
+      numbers.push_back(from);
+      points.push_back(flat(from));
+    }
+    std::vector<std::array<Index, 2>> boundary;
+    for (const auto& [from, ends] : next)
+      for (const Index to : ends) {
+        if (!local.contains(to)) return {};  // an edge that leads nowhere
+        boundary.push_back({local[from], local[to]});
+      }
+    if (boundary.size() < 3) return {};
+
+    std::vector<Loop> loops;
+    if (Loop loop = single_loop(boundary); !loop.empty()) {
+      std::vector<Vec2> ring;
+      for (const Index p : loop) ring.push_back(points[at(p)]);
+      if (polygon::is_convex(ring, -tolerance::kStraight)) loops.push_back(std::move(loop));
+    }
+    if (loops.empty()) {
+      const std::size_t given = points.size();
+      PlanarMesh planar = mesh_polygon(points, boundary);
+      if (planar.points.size() > given) return {};  // the boundary crosses itself
+      for (const auto& t : planar.triangles) loops.push_back({t[0], t[1], t[2]});
+      loops = join_convex(std::move(loops), [&](Index p) { return points[at(p)]; });
+    }
+    double covered = 0;
+    for (const Loop& loop : loops)
+      for (std::size_t k = 1; k + 1 < loop.size(); ++k)
+        covered +=
+            cross(points[at(loop[k])] - points[at(loop[0])], points[at(loop[k + 1])] - points[at(loop[0])]) /
+            2;
+    if (std::abs(covered - total) > tolerance::kPlanarity * total) return {};
+    return lift(loops, normal, [&](Index p) { return mesh_.vertex(numbers[at(p)]); });
+  }
+
+  // Removes the points at which the boundary goes straight on.
+  template <class Flat>
+  void drop_straight(std::map<Index, std::vector<Index>>& next, const Flat& flat) const {
+    std::map<Index, std::vector<Index>> previous;
+    for (const auto& [from, ends] : next)
+      for (const Index to : ends) previous[to].push_back(from);
+    for (auto it = next.begin(); it != next.end();) {
+      const Index p = it->first;
+      const auto before = previous.find(p);
+      if (it->second.size() == 1 && before != previous.end() && before->second.size() == 1) {
+        const Index a = before->second[0], b = it->second[0];
+        const Vec2 e = flat(p) - flat(a), f = flat(b) - flat(p);
+        if (a != b && e.dot(f) > 0 &&
+            std::abs(cross(e, f)) <=
+                tolerance::kStraight * e.norm() * f.norm() + rounding_ * (e + f).norm()) {
+          std::replace(next[a].begin(), next[a].end(), p, b);
+          std::replace(previous[b].begin(), previous[b].end(), p, a);
+          it = next.erase(it);
+          continue;
+        }
+      }
+      ++it;
+    }
+  }
+
+  static Loop single_loop(const std::vector<std::array<Index, 2>>& boundary) {
+    std::map<Index, Index> next;
+    for (const auto& [from, to] : boundary)
+      if (!next.try_emplace(from, to).second) return {};
+    Loop loop{boundary[0][0]};
+    for (Index p = next[loop[0]]; p != loop[0]; p = next[p]) {
+      loop.push_back(p);
+      if (loop.size() > boundary.size() || !next.contains(p)) return {};
+    }
+    return loop.size() == boundary.size() ? loop : Loop{};
+  }
+
+  // Takes away the edges between two pieces while what comes out is convex.
+  template <class Flat>
+  static std::vector<Loop> join_convex(std::vector<Loop> loops, const Flat& flat) {
+    const auto find = [](const Loop& loop, Index from, Index to) -> std::size_t {
+      for (std::size_t k = 0; k < loop.size(); ++k)
+        if (loop[k] == from && loop[(k + 1) % loop.size()] == to) return k;
+      return loop.size();
+    };
+    std::map<std::pair<Index, Index>, std::size_t> owner;
+    for (std::size_t l = 0; l < loops.size(); ++l)
+      for (std::size_t k = 0; k < loops[l].size(); ++k)
+        owner[{loops[l][k], loops[l][(k + 1) % loops[l].size()]}] = l;
+    std::vector<std::pair<Index, Index>> diagonals;
+    for (const auto& [edge, l] : owner)
+      if (edge.first < edge.second && owner.contains({edge.second, edge.first})) diagonals.push_back(edge);
+    for (const auto& [a, b] : diagonals) {
+      const std::size_t l = owner[{a, b}], m = owner[{b, a}];
+      if (l == m) continue;
+      Loop joined = loops[l], other = loops[m];
+      std::rotate(joined.begin(), joined.begin() + static_cast<std::ptrdiff_t>(find(joined, a, b) + 1),
+                  joined.end());  // b … a
+      std::rotate(other.begin(), other.begin() + static_cast<std::ptrdiff_t>(find(other, b, a) + 1),
+                  other.end());  // a … b
+      joined.insert(joined.end(), other.begin() + 1, other.end() - 1);
+      std::vector<Vec2> ring;
+      for (const Index p : joined) ring.push_back(flat(p));
+      if (!polygon::is_convex(ring, -tolerance::kStraight)) continue;
+      for (std::size_t k = 0; k < other.size(); ++k) owner[{other[k], other[(k + 1) % other.size()]}] = l;
+      loops[l] = std::move(joined);
+      loops[m].clear();
+    }
+    std::erase_if(loops, [](const Loop& loop) { return loop.empty(); });
+    return loops;
+  }
+
+  template <class Position>
+  static std::vector<Facet::Piece> lift(const std::vector<Loop>& loops, const Vec3& normal,
+                                        const Position& position) {
+    std::vector<Facet::Piece> pieces;
+    for (const Loop& loop : loops) {
+      Facet::Piece piece{{}, normal};
+      for (const Index p : loop) piece.corners.push_back(position(p));
+      pieces.push_back(std::move(piece));
+    }
+    return pieces;
+  }
+
+  const PatchMesh& mesh_;
+  std::vector<Index> position_;
+  double rounding_, slack_;  // m
+  std::vector<Side> sides_;
+  std::vector<std::size_t> side_start_;
+  std::vector<Index> parent_;
+};
+
+}  // namespace
+
+std::vector<Facet> facets(const PatchMesh& mesh) {
+  return Finder(mesh).find();
+}
+
+}  // namespace radiosity
