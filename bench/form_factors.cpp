@@ -6,10 +6,13 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cmath>
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "radiosity/formfactors/assemble.hpp"
+#include "radiosity/meshing/make_patches.hpp"
 #include "support/scenes.hpp"
 
 namespace {
@@ -17,27 +20,36 @@ namespace {
 using namespace radiosity;
 using test::Facing;
 
-/// Surfaces of n × n squares each; `finer` is the same scene with every square cut in four.
 struct BenchScene {
   std::string name;
-  std::vector<Index> grid;  ///< n of each surface
-  PatchMesh mesh, finer;
+  PatchMesh mesh;
+  /// Surfaces of n × n squares: the same with every square cut in four, and the patch that each of those is a quarter of.
+  std::optional<PatchMesh> finer;
+  std::vector<Index> parent;
 };
 
 template <class Build>
-BenchScene make_scene(std::string_view name, const Build& build) {
-  BenchScene out{"", {}, build(1), build(2)};
+BenchScene grids(std::string_view name, const Build& build) {
+  BenchScene out{"", build(1), build(2), {}};
+  std::vector<Index> size;  // patches of each surface
   for (Index i = 0; i < out.mesh.patch_count(); ++i) {
-    if (out.mesh.surface(i) >= static_cast<Index>(out.grid.size())) out.grid.push_back(0);
-    ++out.grid.back();
+    if (out.mesh.surface(i) >= static_cast<Index>(size.size())) size.push_back(0);
+    ++size.back();
   }
-  for (Index& n : out.grid) n = static_cast<Index>(std::lround(std::sqrt(n)));
+  Index first = 0;
+  for (const Index patches : size) {
+    const auto n = static_cast<Index>(std::lround(std::sqrt(patches)));
+    for (Index b = 0; b < 2 * n; ++b) {
+      for (Index a = 0; a < 2 * n; ++a) out.parent.push_back(first + b / 2 * n + a / 2);
+    }
+    first += patches;
+  }
   out.name = fmt::format("{}, {} patches", name, out.mesh.patch_count());
   return out;
 }
 
 BenchScene cube_with_box(std::string_view name, Index n, const Vec3& shift) {
-  return make_scene(name, [&](Index cut) {
+  return grids(name, [&](Index cut) {
     return test::MeshBuilder()
         .box({0, 0, 0}, {1, 1, 1}, cut * n, Facing::inward)
         .box(Vec3::Constant(0.25) + shift, Vec3::Constant(0.75) + shift, cut * n / 2, Facing::outward)
@@ -45,23 +57,21 @@ BenchScene cube_with_box(std::string_view name, Index n, const Vec3& shift) {
   });
 }
 
-/// Rows of F for a few patches spread over the mesh, summed up from the four times smaller patches of the finer mesh:
-/// there the analytic method takes its quadratures at twice the distance and its shadows at 16 times as many points. The
-/// tests hold that method against brute force and closed forms.
+BenchScene rooms(double patch_size) {
+  BenchScene out{"", make_patches(test::two_furnished_rooms(), PatchSize{patch_size}).mesh, {}, {}};
+  out.name = fmt::format("two furnished rooms, {} patches", out.mesh.patch_count());
+  return out;
+}
+
+/// Rows of F for a few patches spread over the mesh, by the analytic method with 16 times as many points in partial shadow
+/// and, where the scene has a finer mesh, summed up from patches a quarter of the size: there quadratures are taken at
+/// twice the distance. The tests hold that method against brute force and closed forms.
 struct Reference {
   std::vector<Index> rows;
   std::vector<Eigen::ArrayXd> factors;
 };
 
 Reference reference(const BenchScene& scene, Index row_count) {
-  std::vector<Index> parent;  // of each finer patch
-  Index first = 0;
-  for (const Index n : scene.grid) {
-    for (Index b = 0; b < 2 * n; ++b) {
-      for (Index a = 0; a < 2 * n; ++a) parent.push_back(first + b / 2 * n + a / 2);
-    }
-    first += n * n;
-  }
   const Index n = scene.mesh.patch_count();
   Reference out;
   // By the golden ratio: steps in time with the grids would always take the same place on a wall.
@@ -70,20 +80,21 @@ Reference reference(const BenchScene& scene, Index row_count) {
     out.rows.push_back(static_cast<Index>((place - std::floor(place)) * n));
   }
   out.factors.assign(out.rows.size(), Eigen::ArrayXd::Zero(n));
-  const Visibility visibility(scene.finer);
+  const PatchMesh& mesh = scene.finer ? *scene.finer : scene.mesh;
+  const Visibility visibility(mesh);
   const FormFactorMethodInfo& info = find_form_factor_method("analytic");
-  const auto method = info.make(visibility, {.samples = 4 * info.default_setting});
+  const auto method = info.make(visibility, {.samples = 16 * info.default_setting});
   tbb::parallel_for(std::size_t{0}, out.rows.size(), [&](std::size_t r) {
-    for (std::size_t child = 0; child < parent.size(); ++child) {
-      if (parent[child] != out.rows[r]) continue;
-      const auto i = static_cast<Index>(child);
+    const auto parent = [&](Index i) { return scene.finer ? scene.parent[static_cast<std::size_t>(i)] : i; };
+    for (Index i = 0; i < mesh.patch_count(); ++i) {
+      if (parent(i) != out.rows[r]) continue;
       method->rows(i, i + 1, false,
                    [&](Index, std::span<const Index> columns, std::span<const double> values, double) {
-                     for (std::size_t k = 0; k < columns.size(); ++k) {
-                       out.factors[r][parent[static_cast<std::size_t>(columns[k])]] += values[k] / 4;
-                     }
+                     for (std::size_t k = 0; k < columns.size(); ++k)
+                       out.factors[r][parent(columns[k])] += values[k] * mesh.area(i);
                    });
     }
+    out.factors[r] /= scene.mesh.area(out.rows[r]);
   });
   return out;
 }
@@ -131,24 +142,42 @@ int main(int argc, char** argv) {
   CLI::App app{"Form factor methods compared at equal error: prints a Markdown table"};
   Index rows = 48;
   bool smallest = false;
-  std::string only;
+  std::string only, scene_name;
+  Index setting = 0;
+  double patch_size = 0.2;
   app.add_option("--rows", rows, "rows of F that are compared with the reference")->capture_default_str();
   app.add_option("--method", only, "only this method");
+  app.add_option("--scene", scene_name, "only scenes whose name contains this");
+  app.add_option("--setting", setting, "only this setting, with rows restored");
+  app.add_option("--patch-size", patch_size, "of the furnished rooms, m")->capture_default_str();
   app.add_flag("--smallest", smallest, "only scenes of a few hundred patches");
   CLI11_PARSE(app, argc, argv);
 
   const Index n = smallest ? 6 : 16;
-  const std::vector<BenchScene> scenes{
-      make_scene("empty cube", [&](Index cut) { return test::cube_room(cut * n); }),
-      cube_with_box("cube with box", n, Vec3::Zero()),
-      cube_with_box("cube with box off centre", n, Vec3(0.1, -0.07, -0.12)),
-      make_scene("plates at a gap of 1e-3", [&](Index cut) { return test::opposed_squares(1e-3, cut * n); })};
+  const auto off = Vec3(0.1, -0.07, -0.12);
+  std::vector<std::function<BenchScene()>> scenes{
+      [&] { return grids("empty cube", [&](Index cut) { return test::cube_room(cut * n); }); },
+      [&] { return cube_with_box("cube with box", n, Vec3::Zero()); },
+      [&] { return cube_with_box("cube with box off centre", n, off); },
+      [&] { return rooms(smallest ? 2 : patch_size); },
+      [&] {
+        return grids("plates at a gap of 1e-3",
+                     [&](Index cut) { return test::opposed_squares(1e-3, cut * n); });
+      }};
+  if (!smallest)
+    scenes.insert(scenes.begin() + 3, [&] { return cube_with_box("cube with box", 2 * n, Vec3::Zero()); });
   fmt::print("| scene | method | s | MB | rays | row L1 | Frobenius | largest | closure | reciprocity |\n");
   fmt::print("|---|---|---|---|---|---|---|---|---|---|\n");
-  for (const BenchScene& scene : scenes) {
+  for (const auto& make : scenes) {
+    const BenchScene scene = make();
+    if (scene.name.find(scene_name) == std::string::npos) continue;
     const Reference exact = reference(scene, rows);
     for (const FormFactorMethodInfo& info : form_factor_methods()) {
       if (!only.empty() && only != info.name) continue;
+      if (setting > 0) {
+        run(scene, exact, info, setting, true);
+        continue;
+      }
       const Index finer =
           info.default_setting * (info.setting == "resolution" ? 2 : 4);  // about 4 times the work
       run(scene, exact, info, info.default_setting, true);

@@ -11,42 +11,6 @@
 namespace radiosity {
 namespace {
 
-// Counter-clockwise convex hull in the plane with this normal (Andrew's monotone chain); collinear points left out.
-std::vector<Vec3> convex_hull(std::vector<Vec3> points, const Vec3& normal) {
-  const Vec3 t = (std::abs(normal.x()) < 0.6 ? Vec3::UnitX() : Vec3::UnitY()).cross(normal).normalized();
-  const Vec3 b = normal.cross(t);
-  const auto before = [&](const Vec3& p, const Vec3& q) {
-    const double pt = t.dot(p);
-    const double qt = t.dot(q);
-    return pt != qt ? pt < qt : b.dot(p) < b.dot(q);
-  };
-  std::sort(points.begin(), points.end(), before);
-  std::vector<Vec3> hull;
-  const auto half = [&](auto first, auto last) {
-    const std::size_t start = hull.size();
-    for (; first != last; ++first) {
-      while (hull.size() >= start + 2) {
-        const Vec3& p = hull[hull.size() - 2];
-        const Vec3 e = hull.back() - p;
-        const Vec3 f = *first - p;
-        if (normal.dot(e.cross(f)) > 1e-12 * e.norm() * f.norm()) break;
-        hull.pop_back();
-      }
-      hull.push_back(*first);
-    }
-    hull.pop_back();
-  };
-  half(points.begin(), points.end());
-  half(points.rbegin(), points.rend());
-  return hull;
-}
-
-double area(std::span<const Vec3> c, const Vec3& normal) {
-  double sum = 0;
-  for (std::size_t k = 1; k + 1 < c.size(); ++k) sum += normal.dot((c[k] - c[0]).cross(c[k + 1] - c[0])) / 2;
-  return sum;
-}
-
 // Splits a convex polygon by the plane n·x = d; points within slack of it belong to both sides.
 void split(std::span<const Vec3> polygon, const Vec3& n, double d, double slack, std::vector<Vec3>& below,
            std::vector<Vec3>& above) {
@@ -82,44 +46,18 @@ double point_factor(const Vec3& x, const Vec3& n, std::span<const Vec3> q) {
   return -sum / (2 * std::numbers::pi);
 }
 
-Occluders::Occluders(const PatchMesh& mesh, const Vec3& origin)
+Occluders::Occluders(const PatchMesh& mesh, const std::vector<Facet>& facets, const Vec3& origin)
     : slack_(tolerance::kOnPlane * 10 * mesh.diagonal()) {
-  const Index n = mesh.patch_count();
-  for (Index first = 0; first < n;) {
-    // A run of patches of one surface in one plane.
-    const Vec3& normal = mesh.normal(first);
-    const double height = normal.dot(mesh.centroid(first) - origin);
-    Index last = first;
-    double total = 0;
-    std::vector<Vec3> points;
-    for (;
-         last < n && mesh.surface(last) == mesh.surface(first) && normal.dot(mesh.normal(last)) > 1 - 1e-12 &&
-         std::abs(normal.dot(mesh.centroid(last) - origin) - height) <=
-             tolerance::kPlanarity * mesh.diagonal();
-         ++last) {
-      total += mesh.area(last);
-      for (const Index v : mesh.corners(last)) points.push_back(mesh.vertex(v) - origin);
+  for (const Facet& facet : facets) {
+    for (const Facet::Piece& piece : facet.pieces) {
+      Convex polygon{piece.corners, piece.normal, piece.normal.dot(piece.corners[0] - origin)};
+      for (Vec3& c : polygon.corners) c -= origin;
+      polygons_.push_back(std::move(polygon));
     }
-    std::vector<Vec3> hull = convex_hull(std::move(points), normal);
-    if (std::abs(area(hull, normal) - total) <= 1e-9 * total) {
-      add(std::move(hull), normal);
-    } else {
-      for (Index i = first; i < last; ++i) {
-        for (const auto& t : mesh.triangles(i)) {
-          add({mesh.vertex(t[0]) - origin, mesh.vertex(t[1]) - origin, mesh.vertex(t[2]) - origin}, normal);
-        }
-      }
-    }
-    first = last;
     if (polygons_.size() > kMost) return;
   }
   usable_ = true;
   mark_sides(mesh, origin);
-}
-
-void Occluders::add(std::vector<Vec3> corners, const Vec3& normal) {
-  const double offset = normal.dot(corners[0]);
-  polygons_.push_back({std::move(corners), normal, offset});
 }
 
 void Occluders::mark_sides(const PatchMesh& mesh, const Vec3& origin) {

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "radiosity/meshing/patch_mesh.hpp"
+#include "radiosity/meshing/facets.hpp"
 
 namespace radiosity {
 
@@ -20,7 +20,7 @@ class Occluders {
   static constexpr std::size_t kMostToTest = 128;
   static constexpr std::size_t kMostShadows = 16;
 
-  Occluders(const PatchMesh& mesh, const Vec3& origin);
+  Occluders(const PatchMesh& mesh, const std::vector<Facet>& facets, const Vec3& origin);
 
   /// Whether the scene has few enough polygons for exact visibility to pay.
   bool usable() const { return usable_; }
@@ -55,7 +55,6 @@ class Occluders {
   };
   using Mask = std::vector<std::uint64_t>;
 
-  void add(std::vector<Vec3> corners, const Vec3& normal);
   void mark_sides(const PatchMesh& mesh, const Vec3& origin);
 
   double slack_;

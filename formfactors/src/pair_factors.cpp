@@ -85,7 +85,7 @@ PairFactors::PairFactors(const Visibility& visibility, Index samples, std::uint6
     polygons_.emplace_back(std::move(corners), mesh.normal(i));
   }
   if (visibility.convex()) return;
-  occluders_.emplace(mesh, centre);
+  occluders_.emplace(mesh, visibility.facets(), centre);
   if (!occluders_->usable()) occluders_.reset();
 }
 

@@ -6,9 +6,11 @@
 
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <stdexcept>
 #include <vector>
 
+#include "patch_locator.hpp"
 #include "radiosity/meshing/tolerances.hpp"
 
 namespace radiosity {
@@ -19,24 +21,22 @@ struct Plane {
   float height(float x, float y, float z) const { return nx * x + ny * y + nz * z - d; }
 };
 
-// No patch reaches behind the plane of another. Runs of patches in one plane are tested once; scenes with so
-// many planes that the test would cost more than it can save count as not convex.
-bool is_convex(const PatchMesh& mesh) {
+// No facet reaches behind the plane of another. Scenes with so many planes that the test would cost more than it can save
+// count as not convex.
+bool is_convex(const std::vector<Facet>& facets, double diagonal) {
   constexpr double kMostTests = 2e8;
-  const double depth = tolerance::kConvex * mesh.diagonal();
-  const Index n = mesh.patch_count();
+  const double depth = tolerance::kConvex * diagonal;
   double tests = 0;
-  for (Index i = 0; i < n; ++i) {
-    const Vec3& normal = mesh.normal(i);
-    const Vec3& c = mesh.centroid(i);
-    if (i > 0 && mesh.surface(i) == mesh.surface(i - 1) && normal.dot(mesh.normal(i - 1)) > 1 - 1e-12 &&
-        std::abs(normal.dot(c - mesh.centroid(i - 1))) < depth) {
-      continue;
-    }
-    tests += mesh.vertex_count();
-    if (tests > kMostTests) return false;
-    for (const Vec3& v : mesh.vertices()) {
-      if (normal.dot(v - c) < -depth) return false;
+  for (const Facet& facet : facets) {
+    for (const Facet::Piece& piece : facet.pieces) {
+      for (const Facet& other : facets) {
+        for (const Facet::Piece& p : other.pieces) {
+          for (const Vec3& v : p.corners)
+            if (piece.normal.dot(v - piece.corners[0]) < -depth) return false;
+          tests += static_cast<double>(p.corners.size());
+        }
+      }
+      if (tests > kMostTests) return false;
     }
   }
   return true;
@@ -47,9 +47,15 @@ bool is_convex(const PatchMesh& mesh) {
 struct Visibility::Impl {
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
-  std::vector<std::array<float, 3>> vertices;  // scaled
-  std::vector<Plane> planes;                   // of patches, scaled
-  const PatchMesh* mesh = nullptr;
+  struct Triangle {
+    std::array<std::array<float, 3>, 3> corners;  // scaled
+    float nx, ny, nz;                             // front normal
+    std::uint32_t facet;
+    Eigen::Vector2f origin, along_u, along_v;  // the locator's coordinates of a point (u, v) of the triangle
+  };
+  std::vector<Triangle> triangles;     // of the facets' pieces: what is traced
+  std::vector<PatchLocator> locators;  // of facets
+  std::vector<Plane> planes;           // of patches, scaled
 
   ~Impl() {
     if (scene != nullptr) rtcReleaseScene(scene);
@@ -57,11 +63,14 @@ struct Visibility::Impl {
   }
 
   bool lies_in(const Plane& plane, unsigned triangle) const {
-    for (const Index v : mesh->triangles()[triangle]) {
-      const auto& x = vertices[static_cast<std::size_t>(v)];
+    for (const auto& x : triangles[triangle].corners)
       if (std::abs(plane.height(x[0], x[1], x[2])) > tolerance::kSamePlane) return false;
-    }
     return true;
+  }
+
+  Index patch_at(unsigned triangle, float u, float v) const {
+    const Triangle& t = triangles[triangle];
+    return locators[t.facet].at(t.origin + u * t.along_u + v * t.along_v);
   }
 
   // What the filter needs to let rays pass through the planes they connect.
@@ -75,8 +84,8 @@ struct Visibility::Impl {
   static void filter(const RTCFilterFunctionNArguments* args);
 
   bool shows_front(unsigned triangle, float dx, float dy, float dz) const {
-    const Plane& plane = planes[static_cast<std::size_t>(mesh->triangle_patch(static_cast<Index>(triangle)))];
-    return plane.nx * dx + plane.ny * dy + plane.nz * dz < 0;
+    const Triangle& t = triangles[triangle];
+    return t.nx * dx + t.ny * dy + t.nz * dz < 0;
   }
 };
 
@@ -112,13 +121,30 @@ Visibility::Visibility(const PatchMesh& mesh)
     : mesh_(mesh),
       centre_((mesh.lower() + mesh.upper()) / 2),
       scale_(1 / mesh.diagonal()),
-      convex_(is_convex(mesh)),
+      facets_(radiosity::facets(mesh)),
+      convex_(is_convex(facets_, mesh.diagonal())),
       impl_(std::make_unique<Impl>()) {
-  impl_->mesh = &mesh;
-  impl_->vertices.reserve(mesh.vertices().size());
-  for (const Vec3& v : mesh.vertices()) {
-    const Eigen::Vector3f s = scaled(v).cast<float>();
-    impl_->vertices.push_back({s.x(), s.y(), s.z()});
+  impl_->locators.reserve(facets_.size());
+  for (std::size_t f = 0; f < facets_.size(); ++f) {
+    const PatchLocator& locator = impl_->locators.emplace_back(mesh, facets_[f]);
+    for (const Facet::Piece& piece : facets_[f].pieces) {
+      for (std::size_t k = 1; k + 1 < piece.corners.size(); ++k) {
+        const std::array<Vec3, 3> x{piece.corners[0], piece.corners[k], piece.corners[k + 1]};
+        Impl::Triangle& t = impl_->triangles.emplace_back();
+        for (std::size_t c = 0; c < 3; ++c) {
+          const Eigen::Vector3f p = scaled(x[c]).cast<float>();
+          t.corners[c] = {p.x(), p.y(), p.z()};
+        }
+        const Eigen::Vector3f n = piece.normal.cast<float>();
+        t.nx = n.x();
+        t.ny = n.y();
+        t.nz = n.z();
+        t.facet = static_cast<std::uint32_t>(f);
+        t.origin = locator.flat(x[0]);
+        t.along_u = locator.flat(x[1]) - t.origin;
+        t.along_v = locator.flat(x[2]) - t.origin;
+      }
+    }
   }
   impl_->planes.reserve(static_cast<std::size_t>(mesh.patch_count()));
   for (Index i = 0; i < mesh.patch_count(); ++i) {
@@ -133,15 +159,14 @@ Visibility::Visibility(const PatchMesh& mesh)
   impl_->scene = rtcNewScene(impl_->device);
   rtcSetSceneFlags(impl_->scene, static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST));
   RTCGeometry geometry = rtcNewGeometry(impl_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  const std::size_t triangle_count = mesh.triangles().size();
-  auto* v = static_cast<float*>(rtcSetNewGeometryBuffer(
-      geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), impl_->vertices.size()));
-  for (const auto& x : impl_->vertices) v = std::copy(x.begin(), x.end(), v);
-  auto* t = static_cast<unsigned*>(rtcSetNewGeometryBuffer(
-      geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), triangle_count));
-  for (const auto& triangle : mesh.triangles()) {
-    for (const Index corner : triangle) *t++ = static_cast<unsigned>(corner);
-  }
+  const std::size_t count = impl_->triangles.size();
+  auto* v = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
+                                                        RTC_FORMAT_FLOAT3, 3 * sizeof(float), 3 * count));
+  for (const auto& triangle : impl_->triangles)
+    for (const auto& x : triangle.corners) v = std::copy(x.begin(), x.end(), v);
+  auto* t = static_cast<unsigned*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0,
+                                                           RTC_FORMAT_UINT3, 3 * sizeof(unsigned), count));
+  std::iota(t, t + 3 * count, 0U);
   rtcSetGeometryIntersectFilterFunction(geometry, Impl::filter);
   rtcSetGeometryOccludedFilterFunction(geometry, Impl::filter);
   rtcCommitGeometry(geometry);
@@ -192,7 +217,7 @@ void Visibility::first_hits(Packet& packet) const {
     valid[i] = 0;
     if (rays.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
     const bool front = impl_->shows_front(rays.hit.primID[i], packet.dx[i], packet.dy[i], packet.dz[i]);
-    packet.hit[i] = front ? mesh_.triangle_patch(static_cast<Index>(rays.hit.primID[i])) : kBack;
+    packet.hit[i] = front ? impl_->patch_at(rays.hit.primID[i], rays.hit.u[i], rays.hit.v[i]) : kBack;
     if (front) continue;
     // A wall without thickness shows each side its own front: look for one at the same place as the back.
     const float slack = tolerance::kSamePlane / std::hypot(packet.dx[i], packet.dy[i], packet.dz[i]);
@@ -208,7 +233,7 @@ void Visibility::first_hits(Packet& packet) const {
   for (int k = 0; k < packet.count; ++k) {
     const auto i = static_cast<std::size_t>(k);
     if (valid[i] != 0 && rays.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID) {
-      packet.hit[i] = mesh_.triangle_patch(static_cast<Index>(rays.hit.primID[i]));
+      packet.hit[i] = impl_->patch_at(rays.hit.primID[i], rays.hit.u[i], rays.hit.v[i]);
     }
   }
 }
@@ -284,7 +309,7 @@ Visibility::Hit Visibility::first_hit(const Vec3& origin, const Vec3& direction)
   rtcIntersect1(impl_->scene, &context.base, &ray);
   Hit hit;
   if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return hit;
-  hit.patch = mesh_.triangle_patch(static_cast<Index>(ray.hit.primID));
+  hit.patch = impl_->patch_at(ray.hit.primID, ray.hit.u, ray.hit.v);
   hit.front = impl_->shows_front(ray.hit.primID, d.x(), d.y(), d.z());
   hit.distance = static_cast<double>(ray.ray.tfar);
   if (hit.front) return hit;
@@ -295,7 +320,7 @@ Visibility::Hit Visibility::first_hit(const Vec3& origin, const Vec3& direction)
   context.fronts_only = true;
   rtcIntersect1(impl_->scene, &context.base, &ray);
   if (ray.hit.geomID != RTC_INVALID_GEOMETRY_ID) {
-    hit.patch = mesh_.triangle_patch(static_cast<Index>(ray.hit.primID));
+    hit.patch = impl_->patch_at(ray.hit.primID, ray.hit.u, ray.hit.v);
     hit.front = true;
   }
   return hit;

@@ -206,25 +206,80 @@ PatchMesh room_with_triangle_soup(Index n, Index count, std::uint64_t seed) {
   return room.build();
 }
 
-Scene box_on_floor() {
-  Scene::Arrays arrays;
-  arrays.materials = {grey("room", 0.5, 1), grey("box", 0.5, 1)};
-  const auto add_box = [&](const Vec3& lower, const Vec3& upper, Index material, bool inward) {
-    const auto first = static_cast<Index>(arrays.vertices.size());
-    for (Index c = 0; c < 8; ++c)
-      arrays.vertices.emplace_back(c & 1 ? upper.x() : lower.x(), c & 2 ? upper.y() : lower.y(),
-                                   c & 4 ? upper.z() : lower.z());
+namespace {
+
+class SceneBuilder {
+ public:
+  explicit SceneBuilder(std::vector<Material> materials) { arrays_.materials = std::move(materials); }
+
+  /// A box turned about the vertical through its centre.
+  void box(const Vec3& lower, const Vec3& upper, Index material, Facing facing, double angle = 0) {
+    const auto first = static_cast<Index>(arrays_.vertices.size());
+    const Vec3 centre = (lower + upper) / 2;
+    const Eigen::AngleAxisd turn(angle, Vec3::UnitZ());
+    for (Index c = 0; c < 8; ++c) {
+      const Vec3 corner(c & 1 ? upper.x() : lower.x(), c & 2 ? upper.y() : lower.y(),
+                        c & 4 ? upper.z() : lower.z());
+      arrays_.vertices.push_back(angle == 0 ? corner : centre + turn * (corner - centre));
+      arrays_.vertices.back().z() = corner.z();
+    }
     const Index faces[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
                                {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
     for (const auto& f : faces) {  // counter-clockwise from outside
       const std::array<Index, 4> outward{first + f[0], first + f[1], first + f[2], first + f[3]};
       const std::array<Index, 4> flipped{first + f[3], first + f[2], first + f[1], first + f[0]};
-      arrays.add_face(inward ? flipped : outward, material);
+      arrays_.add_face(facing == Facing::inward ? flipped : outward, material);
     }
+  }
+
+  Scene build() { return Scene(std::move(arrays_)); }
+
+ private:
+  Scene::Arrays arrays_;
+};
+
+}  // namespace
+
+Scene box_on_floor() {
+  SceneBuilder scene({grey("room", 0.5, 1), grey("box", 0.5, 1)});
+  scene.box({0, 0, 0}, {1, 1, 1}, 0, Facing::inward);
+  scene.box({1.0 / 3, 1.0 / 3, 0}, {2.0 / 3, 2.0 / 3, 0.5}, 1, Facing::outward);
+  return scene.build();
+}
+
+Scene two_furnished_rooms() {
+  SceneBuilder scene(
+      {grey("walls", 0.7, 0), grey("floor", 0.3, 0), grey("furniture", 0.5, 0), grey("lamp", 0.0, 100)});
+  scene.box({0, 0, 0}, {10, 6, 3}, 0, Facing::inward);
+  // The wall between the rooms, 0.2 m thick, with a door of 1 m by 2.1 m.
+  scene.box({5.4, 0, 0}, {5.6, 2.2, 3}, 0, Facing::outward);
+  scene.box({5.4, 3.2, 0}, {5.6, 6, 3}, 0, Facing::outward);
+  scene.box({5.4, 2.2, 2.1}, {5.6, 3.2, 3}, 0, Facing::outward);
+  const auto furniture = [&](double x, double y, double z, double dx, double dy, double dz, double angle) {
+    scene.box({x, y, z}, {x + dx, y + dy, z + dz}, 2, Facing::outward, angle);
   };
-  add_box({0, 0, 0}, {1, 1, 1}, 0, true);
-  add_box({1.0 / 3, 1.0 / 3, 0}, {2.0 / 3, 2.0 / 3, 0.5}, 1, false);
-  return Scene(std::move(arrays));
+  // First room: a table on four legs, two chairs, a cupboard, a shelf on the wall, a chest.
+  furniture(1.8, 2.2, 0.72, 1.6, 0.9, 0.04, 0);
+  furniture(1.85, 2.25, 0, 0.06, 0.06, 0.72, 0);
+  furniture(3.29, 2.25, 0, 0.06, 0.06, 0.72, 0);
+  furniture(1.85, 2.99, 0, 0.06, 0.06, 0.72, 0);
+  furniture(3.29, 2.99, 0, 0.06, 0.06, 0.72, 0);
+  furniture(2.2, 1.5, 0, 0.45, 0.45, 0.45, 0.3);
+  furniture(2.5, 3.5, 0, 0.45, 0.45, 0.45, -0.5);
+  furniture(0, 4.5, 0, 0.6, 1.2, 2, 0);
+  furniture(4, 0, 1.5, 1, 0.3, 0.04, 0);
+  furniture(0.4, 0.5, 0, 1.0, 0.5, 0.5, 0.7);
+  // Second room: a bed, a cupboard, a desk of three boxes, a stool, a column.
+  furniture(7.9, 3.9, 0, 2, 1.6, 0.5, 0);
+  furniture(6.2, 5.4, 0, 1.4, 0.6, 2.2, 0);
+  furniture(6.6, 0.2, 0.7, 1.5, 0.7, 0.05, 0);
+  furniture(6.65, 0.25, 0, 0.5, 0.6, 0.7, 0);
+  furniture(7.2, 1.3, 0, 0.4, 0.4, 0.5, 0.4);
+  furniture(8.6, 2, 0, 0.3, 0.3, 3, 0);
+  // Lamps of 1 m² under both ceilings.
+  scene.box({2.2, 2.4, 2.85}, {3.2, 3.4, 2.9}, 3, Facing::outward);
+  scene.box({7.2, 2.4, 2.85}, {8.2, 3.4, 2.9}, 3, Facing::outward);
+  return scene.build();
 }
 
 PatchMesh transformed(const PatchMesh& mesh, const Eigen::Affine3d& transform) {

@@ -86,6 +86,10 @@ PatchMesh room_with_triangle_soup(Index n, Index count, std::uint64_t seed);
 /// included. Materials 0 (room) and 1 (box).
 Scene box_on_floor();
 
+/// Two rooms of 5.4 × 6 × 3 m and 4.4 × 6 × 3 m, joined by a door, closed: 16 pieces of furniture, a lamp under each ceiling
+/// that shines from all its sides, 1 m² of it downwards.
+Scene two_furnished_rooms();
+
 PatchMesh transformed(const PatchMesh& mesh, const Eigen::Affine3d& transform);
 
 }  // namespace radiosity::test

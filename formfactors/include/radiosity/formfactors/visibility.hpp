@@ -4,7 +4,7 @@
 #include <array>
 #include <memory>
 
-#include "radiosity/meshing/patch_mesh.hpp"
+#include "radiosity/meshing/facets.hpp"
 
 namespace radiosity {
 
@@ -22,6 +22,10 @@ class Visibility {
   Visibility& operator=(const Visibility&) = delete;
 
   const PatchMesh& mesh() const { return mesh_; }
+
+  /// What is asked who hides whom: the walls as they were before they were cut, so that the cost of a ray does not depend
+  /// on the number of patches. A hit is mapped to the patch at its place.
+  const std::vector<Facet>& facets() const { return facets_; }
 
   /// No patch can stand between two others: all lie on or in front of the planes of all others, so the
   /// scene is (part of) the boundary of a convex room and no ray is needed.
@@ -70,6 +74,7 @@ class Visibility {
   const PatchMesh& mesh_;
   Vec3 centre_;
   double scale_;
+  std::vector<Facet> facets_;
   bool convex_;
   std::unique_ptr<Impl> impl_;
 };

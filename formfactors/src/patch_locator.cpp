@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "patch_locator.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace radiosity {
+
+PatchLocator::PatchLocator(const PatchMesh& mesh, const Facet& facet) {
+  if (facet.patches.size() == 1) {
+    origin_ = u_ = v_ = Vec3::Zero();
+    only_ = {facet.patches[0]};
+    return;
+  }
+  // Axes along the first patch's first edge; where patches are rectangles, the cells take their size.
+  const Vec3& normal = facet.pieces[0].normal;
+  const auto first = mesh.corners(facet.patches[0]);
+  const Vec3& corner = mesh.vertex(first[0]);
+  u_ = (mesh.vertex(first[1]) - corner).normalized();
+  v_ = normal.cross(u_).normalized();
+  double area = 0;
+  Eigen::AlignedBox2d box;
+  const auto extend = [&](Eigen::AlignedBox2d& b, Index i) {
+    for (const Index c : mesh.corners(i))
+      b.extend(Eigen::Vector2d(u_.dot(mesh.vertex(c) - corner), v_.dot(mesh.vertex(c) - corner)));
+  };
+  for (const Index i : facet.patches) {
+    area += mesh.area(i);
+    extend(box, i);
+  }
+  Eigen::AlignedBox2d one;
+  extend(one, facet.patches[0]);
+  Eigen::Vector2d cell = one.sizes();
+  if (first.size() != 4 || mesh.area(facet.patches[0]) < 0.999 * cell.prod())
+    cell = Eigen::Vector2d::Constant(std::sqrt(area / 2 / static_cast<double>(facet.patches.size())));
+  // Memory stays in proportion to the patches, whatever their shape.
+  const double cells = box.sizes().cwiseQuotient(cell).prod();
+  const double most = 16 + 4 * static_cast<double>(facet.patches.size());
+  if (cells > most) cell *= std::sqrt(cells / most);
+  const auto count = [](double length, double step) {
+    return static_cast<int>(std::clamp(std::round(length / step), 1.0, 1e6));
+  };
+  columns_ = count(box.sizes().x(), cell.x());
+  rows_ = count(box.sizes().y(), cell.y());
+  origin_ = corner + box.min().x() * u_ + box.min().y() * v_;
+  u_ *= columns_ / box.sizes().x();
+  v_ *= rows_ / box.sizes().y();
+
+  const auto cell_count = static_cast<std::size_t>(rows_) * static_cast<std::size_t>(columns_);
+  std::vector<std::vector<std::uint32_t>> lists(cell_count);
+  constexpr double kInside = 1e-6;  // a triangle that only touches a cell does not reach into it
+  for (const Index i : facet.patches) {
+    for (const auto& t : mesh.triangles(i)) {
+      std::array<Eigen::Vector2d, 3> p;
+      Eigen::AlignedBox2d reach;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vec3 x = mesh.vertex(t[k]) - origin_;
+        p[k] = {x.dot(u_), x.dot(v_)};
+        reach.extend(p[k]);
+      }
+      std::array<Eigen::Vector3d, 3> edge;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Eigen::Vector2d along = (p[(k + 1) % 3] - p[k]).normalized();
+        edge[k] = {-along.y(), along.x(), along.y() * p[k].x() - along.x() * p[k].y()};
+      }
+      const auto number = static_cast<std::uint32_t>(triangles_.size());
+      Triangle& triangle = triangles_.emplace_back();
+      triangle.patch = i;
+      for (int k = 0; k < 3; ++k) triangle.distance.row(k) = edge[static_cast<std::size_t>(k)].cast<float>();
+      const int x1 = std::min(columns_ - 1, static_cast<int>(reach.max().x() - kInside));
+      const int y1 = std::min(rows_ - 1, static_cast<int>(reach.max().y() - kInside));
+      for (int y = std::max(0, static_cast<int>(reach.min().y() + kInside)); y <= y1; ++y) {
+        for (int x = std::max(0, static_cast<int>(reach.min().x() + kInside)); x <= x1; ++x) {
+          const bool outside = std::any_of(edge.begin(), edge.end(), [&](const Eigen::Vector3d& e) {
+            return e.x() * (e.x() > 0 ? x + 1 : x) + e.y() * (e.y() > 0 ? y + 1 : y) + e.z() < kInside;
+          });
+          if (!outside)
+            lists[static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_) +
+                  static_cast<std::size_t>(x)]
+                .push_back(number);
+        }
+      }
+    }
+  }
+  only_.assign(cell_count, kSeveral);
+  start_.push_back(0);
+  for (std::size_t c = 0; c < cell_count; ++c) {
+    const auto patch = [&](std::uint32_t t) { return triangles_[t].patch; };
+    const auto& list = lists[c];
+    if (list.empty()) {
+      only_[c] = c > 0 && only_[c - 1] >= 0 ? only_[c - 1] : facet.patches[0];  // asked for by rounding only
+    } else if (std::all_of(list.begin(), list.end(),
+                           [&](std::uint32_t t) { return patch(t) == patch(list[0]); })) {
+      only_[c] = patch(list[0]);
+    } else {
+      reaching_.insert(reaching_.end(), list.begin(), list.end());
+    }
+    start_.push_back(static_cast<std::uint32_t>(reaching_.size()));
+  }
+}
+
+Index PatchLocator::among_several(std::size_t cell, const Eigen::Vector2f& p) const {
+  const Eigen::Vector3f q(p.x(), p.y(), 1);
+  Index best = triangles_[reaching_[start_[cell]]].patch;
+  float deepest = -std::numeric_limits<float>::max();
+  for (std::uint32_t k = start_[cell]; k < start_[cell + 1]; ++k) {
+    const Triangle& t = triangles_[reaching_[k]];
+    const float depth = (t.distance * q).minCoeff();
+    if (depth >= 0) return t.patch;
+    if (depth > deepest) {
+      deepest = depth;
+      best = t.patch;
+    }
+  }
+  return best;
+}
+
+}  // namespace radiosity
