@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+
 #include "methods.hpp"
 #include "pair_factors.hpp"
 
@@ -13,17 +15,19 @@ class Analytic final : public FormFactorMethod {
 
   void rows(Index first, Index last, bool upper, const Sink& sink) const override {
     const PatchMesh& mesh = visibility_.mesh();
+    std::vector<std::pair<Index, double>> row;
     std::vector<Index> columns;
     std::vector<double> values;
     for (Index i = first; i < last; ++i) {
+      row.clear();
+      pairs_.for_each_in_row(i, upper,
+                             [&](Index j, double mutual) { row.emplace_back(j, mutual / mesh.area(i)); });
+      std::sort(row.begin(), row.end());
       columns.clear();
       values.clear();
-      for (Index j = upper ? i + 1 : 0; j < mesh.patch_count(); ++j) {
-        if (j == i) continue;
-        const double mutual = pairs_.mutual_area(i, j);
-        if (mutual <= 0) continue;
+      for (const auto& [j, f] : row) {
         columns.push_back(j);
-        values.push_back(mutual / mesh.area(i));
+        values.push_back(f);
       }
       sink(i, columns, values, -1);
     }

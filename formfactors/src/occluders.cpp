@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "occluders.hpp"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -10,6 +12,12 @@
 
 namespace radiosity {
 namespace {
+
+Eigen::AlignedBox3d box_of(std::span<const Vec3> points) {
+  Eigen::AlignedBox3d box;
+  for (const Vec3& x : points) box.extend(x);
+  return box;
+}
 
 // Splits a convex polygon by the plane n·x = d; points within slack of it belong to both sides.
 void split(std::span<const Vec3> polygon, const Vec3& n, double d, double slack, std::vector<Vec3>& below,
@@ -46,65 +54,62 @@ double point_factor(const Vec3& x, const Vec3& n, std::span<const Vec3> q) {
   return -sum / (2 * std::numbers::pi);
 }
 
-Occluders::Occluders(const PatchMesh& mesh, const std::vector<Facet>& facets, const Vec3& origin)
-    : slack_(tolerance::kOnPlane * 10 * mesh.diagonal()) {
+Occluders::Occluders(const PatchMesh& mesh, const std::vector<Facet>& facets,
+                     const std::vector<PatchGroup>& groups, const Vec3& origin)
+    : slack_(tolerance::kOnPlane * 10 * mesh.diagonal()), groups_(groups) {
+  constexpr std::size_t kMostBytes = 1 << 28;
+  const auto n = static_cast<std::size_t>(mesh.patch_count());
   for (const Facet& facet : facets) {
     for (const Facet::Piece& piece : facet.pieces) {
-      Convex polygon{piece.corners, piece.normal, piece.normal.dot(piece.corners[0] - origin)};
+      Convex polygon{piece.corners, piece.normal, piece.normal.dot(piece.corners[0] - origin), {}};
       for (Vec3& c : polygon.corners) c -= origin;
+      polygon.box = box_of(polygon.corners);
       polygons_.push_back(std::move(polygon));
     }
-    if (polygons_.size() > kMost) return;
+    words_ = (polygons_.size() + 63) / 64;
+    if (polygons_.size() > kMost || 3 * sizeof(std::uint64_t) * words_ * n > kMostBytes) return;
   }
   usable_ = true;
-  mark_sides(mesh, origin);
+  for (Sides* sides : {&patch_sides_, &group_sides_}) {
+    for (auto* mask : {&sides->front, &sides->back, &sides->facing})
+      mask->assign((sides == &patch_sides_ ? n : groups.size()) * words_, 0);
+  }
+  tbb::parallel_for(std::size_t{0}, groups.size(), [&](std::size_t g) {
+    const PatchGroup& group = groups[g];
+    mark(group_sides_, g, group.corners, group.normal, group.offset);
+    std::vector<Vec3> corners;
+    for (const Index i : group.patches) {
+      corners.clear();
+      for (const Index v : mesh.corners(i)) corners.push_back(mesh.vertex(v) - origin);
+      const Vec3& normal = mesh.normal(i);
+      mark(patch_sides_, static_cast<std::size_t>(i), corners, normal, normal.dot(mesh.centroid(i) - origin));
+    }
+  });
+  for (const PatchGroup& group : groups) group_boxes_.push_back(box_of(group.corners));
 }
 
-void Occluders::mark_sides(const PatchMesh& mesh, const Vec3& origin) {
-  words_ = (polygons_.size() + 63) / 64;
-  const auto n = static_cast<std::size_t>(mesh.patch_count());
-  for (Mask* mask : {&front_, &back_, &facing_}) mask->assign(n * words_, 0);
-  for (std::size_t i = 0; i < n; ++i) {
-    const auto patch = static_cast<Index>(i);
-    const Vec3& normal = mesh.normal(patch);
-    const double height = normal.dot(mesh.centroid(patch) - origin);
-    for (std::size_t o = 0; o < polygons_.size(); ++o) {
-      const Convex& polygon = polygons_[o];
-      bool front = true;
-      bool back = true;
-      for (const Index v : mesh.corners(patch)) {
-        const double h = polygon.normal.dot(mesh.vertex(v) - origin) - polygon.offset;
-        front = front && h >= -slack_;
-        back = back && h <= slack_;
-      }
-      bool facing = false;
-      for (const Vec3& c : polygon.corners) facing = facing || normal.dot(c) - height > slack_;
-      const std::uint64_t bit = std::uint64_t{1} << (o % 64);
-      const std::size_t word = i * words_ + o / 64;
-      if (front) front_[word] |= bit;
-      if (back) back_[word] |= bit;
-      if (facing) facing_[word] |= bit;
+void Occluders::mark(Sides& sides, std::size_t i, std::span<const Vec3> corners, const Vec3& normal,
+                     double offset) const {
+  for (std::size_t o = 0; o < polygons_.size(); ++o) {
+    const Convex& polygon = polygons_[o];
+    bool front = true;
+    bool back = true;
+    for (const Vec3& x : corners) {
+      const double h = polygon.normal.dot(x) - polygon.offset;
+      front = front && h >= -slack_;
+      back = back && h <= slack_;
     }
+    const bool facing = std::any_of(polygon.corners.begin(), polygon.corners.end(),
+                                    [&](const Vec3& c) { return normal.dot(c) - offset > slack_; });
+    const std::size_t word = i * words_ + o / 64;
+    sides.front[word] |= static_cast<std::uint64_t>(front) << (o % 64);
+    sides.back[word] |= static_cast<std::uint64_t>(back) << (o % 64);
+    sides.facing[word] |= static_cast<std::uint64_t>(facing) << (o % 64);
   }
 }
 
-Occluders::View Occluders::classify(Index i, std::span<const Vec3> p, Index j, std::span<const Vec3> q,
-                                    Scratch& scratch) const {
-  // What has both patches on one side, or lies behind one of them, cannot stand between them.
-  scratch.candidates.clear();
-  const std::size_t wi = static_cast<std::size_t>(i) * words_;
-  const std::size_t wj = static_cast<std::size_t>(j) * words_;
-  for (std::size_t w = 0; w < words_; ++w) {
-    std::uint64_t between = ~(front_[wi + w] & front_[wj + w]) & ~(back_[wi + w] & back_[wj + w]) &
-                            facing_[wi + w] & facing_[wj + w];
-    for (; between != 0; between &= between - 1) {
-      scratch.candidates.push_back(static_cast<int>(w * 64) + std::countr_zero(between));
-    }
-  }
-  if (scratch.candidates.empty()) return View::free;
-  if (scratch.candidates.size() > kMostToTest) return View::crowded;
-
-  // The shaft: planes through an edge of one and a corner of the other that have both on one side.
+// Planes through an edge of one and a corner of the other that have both on one side.
+void Occluders::make_shaft(std::span<const Vec3> p, std::span<const Vec3> q, Scratch& scratch) const {
   scratch.shaft.clear();
   const auto support = [&](std::span<const Vec3> a, std::span<const Vec3> b) {
     for (std::size_t k = 0; k < a.size(); ++k) {
@@ -124,6 +129,7 @@ Occluders::View Occluders::classify(Index i, std::span<const Vec3> p, Index j, s
             low = std::min(low, h);
             high = std::max(high, h);
           }
+          if (low < -slack_ && high > slack_) break;
         }
         if (high <= slack_) {
           scratch.shaft.push_back({normal, offset});
@@ -135,85 +141,145 @@ Occluders::View Occluders::classify(Index i, std::span<const Vec3> p, Index j, s
   };
   support(p, q);
   support(q, p);
-  const auto outside_shaft = [&](int o) {
-    const auto& corners = polygons_[static_cast<std::size_t>(o)].corners;
-    return std::any_of(scratch.shaft.begin(), scratch.shaft.end(), [&](const Scratch::Plane& plane) {
-      return std::all_of(corners.begin(), corners.end(),
-                         [&](const Vec3& c) { return plane.normal.dot(c) - plane.offset >= -slack_; });
-    });
-  };
-  std::erase_if(scratch.candidates, outside_shaft);
+}
+
+bool Occluders::in_shaft(const Convex& polygon, const Scratch& scratch) const {
+  return std::none_of(scratch.shaft.begin(), scratch.shaft.end(), [&](const Scratch::Plane& plane) {
+    return std::all_of(polygon.corners.begin(), polygon.corners.end(),
+                       [&](const Vec3& c) { return plane.normal.dot(c) - plane.offset >= -slack_; });
+  });
+}
+
+// One convex polygon that meets the segments between all pairs of corners meets all segments.
+bool Occluders::hides(const Convex& polygon, std::span<const Vec3> p, std::span<const Vec3> q) const {
+  for (const Vec3& x : p) {
+    const double hx = polygon.normal.dot(x) - polygon.offset;
+    for (const Vec3& y : q) {
+      const double hy = polygon.normal.dot(y) - polygon.offset;
+      if (hx * hy >= 0) return false;
+      const Vec3 cut = x + hx / (hx - hy) * (y - x);
+      for (std::size_t k = 0; k < polygon.corners.size(); ++k) {
+        const Vec3& a = polygon.corners[k];
+        const Vec3& b = polygon.corners[k + 1 == polygon.corners.size() ? 0 : k + 1];
+        if (polygon.normal.dot((b - a).cross(cut - a)) < 0) return false;
+      }
+    }
+  }
+  return true;
+}
+
+Occluders::View Occluders::approach(Index i, std::span<const Vec3> p, std::size_t g, Scratch& scratch) const {
+  const Box box = group_boxes_[g].merged(box_of(p));
+  scratch.near.clear();
+  for (std::size_t w = 0; w < words_; ++w) {
+    const std::size_t a = static_cast<std::size_t>(i) * words_ + w;
+    const std::size_t b = g * words_ + w;
+    // What has both on one side, or lies behind one of them, cannot stand between them.
+    std::uint64_t between = ~(patch_sides_.front[a] & group_sides_.front[b]) &
+                            ~(patch_sides_.back[a] & group_sides_.back[b]) & patch_sides_.facing[a] &
+                            group_sides_.facing[b];
+    for (; between != 0; between &= between - 1) {
+      const int o = static_cast<int>(w * 64) + std::countr_zero(between);
+      if (box.intersects(polygons_[static_cast<std::size_t>(o)].box)) scratch.near.push_back(o);
+    }
+  }
+  const PatchGroup& group = groups_[g];
+  if (!scratch.near.empty() && group.patches.size() > 1) {
+    make_shaft(p, group.corners, scratch);
+    std::erase_if(scratch.near,
+                  [&](int o) { return !in_shaft(polygons_[static_cast<std::size_t>(o)], scratch); });
+    for (const int o : scratch.near)
+      if (hides(polygons_[static_cast<std::size_t>(o)], p, group.corners)) return View::hidden;
+  }
+  return scratch.near.empty() ? View::free : View::partial;
+}
+
+Occluders::View Occluders::classify(Index i, std::span<const Vec3> p, Index j, std::span<const Vec3> q,
+                                    Scratch& scratch) const {
+  scratch.candidates.clear();
+  if (scratch.near.empty()) return View::free;
+  const Box box = box_of(p).merged(box_of(q));
+  const std::size_t wi = static_cast<std::size_t>(i) * words_;
+  const std::size_t wj = static_cast<std::size_t>(j) * words_;
+  for (const int o : scratch.near) {
+    const std::size_t w = static_cast<std::size_t>(o) / 64;
+    const auto bit = [&](const std::vector<std::uint64_t>& mask, std::size_t first) {
+      return (mask[first + w] >> (o % 64) & 1) != 0;
+    };
+    if ((bit(patch_sides_.front, wi) && bit(patch_sides_.front, wj)) ||
+        (bit(patch_sides_.back, wi) && bit(patch_sides_.back, wj)) || !bit(patch_sides_.facing, wi) ||
+        !bit(patch_sides_.facing, wj) || !box.intersects(polygons_[static_cast<std::size_t>(o)].box))
+      continue;
+    scratch.candidates.push_back(o);
+  }
+  if (scratch.candidates.empty()) return View::free;
+  make_shaft(p, q, scratch);
+  std::erase_if(scratch.candidates,
+                [&](int o) { return !in_shaft(polygons_[static_cast<std::size_t>(o)], scratch); });
   if (scratch.candidates.empty()) return View::free;
   if (scratch.candidates.size() > kMostShadows) return View::crowded;
 
-  // Hidden when one convex polygon meets the segments between all pairs of corners, hence all segments.
-  for (const int o : scratch.candidates) {
-    const Convex& polygon = polygons_[static_cast<std::size_t>(o)];
-    const auto meets_all = [&] {
-      for (const Vec3& x : p) {
-        const double hx = polygon.normal.dot(x) - polygon.offset;
-        for (const Vec3& y : q) {
-          const double hy = polygon.normal.dot(y) - polygon.offset;
-          if (hx * hy >= 0) return false;
-          const Vec3 cut = x + hx / (hx - hy) * (y - x);
-          for (std::size_t k = 0; k < polygon.corners.size(); ++k) {
-            const Vec3& a = polygon.corners[k];
-            const Vec3& b = polygon.corners[k + 1 == polygon.corners.size() ? 0 : k + 1];
-            if (polygon.normal.dot((b - a).cross(cut - a)) < 0) return false;
-          }
-        }
-      }
-      return true;
-    };
-    if (meets_all()) return View::hidden;
-  }
+  for (const int o : scratch.candidates)
+    if (hides(polygons_[static_cast<std::size_t>(o)], p, q)) return View::hidden;
   return View::partial;
 }
 
-double Occluders::visible_point_factor(const Vec3& x, const Vec3& n, std::span<const Vec3> q,
+double Occluders::visible_point_factor(const Vec3& x, const Vec3& n, std::span<const Vec3> q, double all,
                                        Scratch& scratch) const {
   auto& pieces = scratch.pieces;
-  pieces.resize(1);
+  auto& next = scratch.next;
+  auto& shadow = scratch.shadow;
+  pieces.resize(std::max<std::size_t>(pieces.size(), 1));
   pieces[0].assign(q.begin(), q.end());
+  std::size_t count = 1;
+  bool cut = false;
   for (const int o : scratch.candidates) {
     const Convex& polygon = polygons_[static_cast<std::size_t>(o)];
     const double hx = polygon.normal.dot(x) - polygon.offset;
     if (std::abs(hx) <= slack_) continue;
-    const double side = hx > 0 ? 1 : -1;
     // The shadow: beyond the polygon's plane, and inside the planes through x and the polygon's edges. What a plane leaves
     // outside stays visible; what is inside all of them is hidden.
-    auto& next = scratch.next;
+    const double side = hx > 0 ? 1 : -1;
+    shadow.clear();
+    shadow.push_back({side * polygon.normal, side * polygon.offset});
+    Vec3 a = polygon.corners.back() - x;
+    for (const Vec3& corner : polygon.corners) {
+      const Vec3 b = corner - x;
+      const Vec3 normal = side * a.cross(b);
+      const double length = normal.norm();
+      if (length > 0) shadow.push_back({normal / length, normal.dot(x) / length});
+      a = b;
+    }
     std::size_t kept = 0;
-    const auto keep = [&](const std::vector<Vec3>& piece) {
+    const auto keep = [&](std::vector<Vec3>& piece) {
       if (next.size() <= kept) next.emplace_back();
-      next[kept++] = piece;
+      next[kept++].swap(piece);
     };
-    for (std::size_t k = 0; k < pieces.size(); ++k) {
+    for (std::size_t k = 0; k < count; ++k) {
       std::vector<Vec3>& rest = pieces[k];
-      for (std::size_t e = 0; e <= polygon.corners.size() && rest.size() >= 3; ++e) {
-        Vec3 normal = side * polygon.normal;  // the last plane is the polygon's own
-        double offset = side * polygon.offset;
-        if (e < polygon.corners.size()) {
-          const Vec3& a = polygon.corners[e];
-          const Vec3& b = polygon.corners[e + 1 == polygon.corners.size() ? 0 : e + 1];
-          normal = side * (a - x).cross(b - x);
-          const double length = normal.norm();
-          if (length == 0) continue;
-          normal /= length;
-          offset = normal.dot(x);
-        }
-        split(rest, normal, offset, slack_, scratch.inside, scratch.outside);
+      const bool untouched = std::any_of(shadow.begin(), shadow.end(), [&](const Scratch::Plane& plane) {
+        return std::all_of(rest.begin(), rest.end(),
+                           [&](const Vec3& y) { return plane.normal.dot(y) - plane.offset >= -slack_; });
+      });
+      if (untouched) {
+        keep(rest);
+        continue;
+      }
+      cut = true;
+      for (const Scratch::Plane& plane : shadow) {
+        split(rest, plane.normal, plane.offset, slack_, scratch.inside, scratch.outside);
         if (scratch.outside.size() >= 3) keep(scratch.outside);
         rest.swap(scratch.inside);
+        if (rest.size() < 3) break;
       }
     }
-    next.resize(std::max(next.size(), kept));
     pieces.swap(next);
-    pieces.resize(kept);
-    if (kept == 0) return 0;
+    count = kept;
+    if (count == 0) return 0;
   }
+  if (!cut) return all;
   double sum = 0;
-  for (const auto& piece : pieces) sum += point_factor(x, n, piece);
+  for (std::size_t k = 0; k < count; ++k) sum += point_factor(x, n, pieces[k]);
   return sum;
 }
 

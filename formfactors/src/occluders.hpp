@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "radiosity/meshing/facets.hpp"
+#include "patch_groups.hpp"
 
 namespace radiosity {
 
@@ -14,55 +14,75 @@ namespace radiosity {
 /// Coordinates are relative to `origin`.
 class Occluders {
  public:
-  /// Above these, rays are cheaper: polygons in the scene; polygons to test against the shaft of a pair; polygons
-  /// that cast shadows between a pair (each may cut what the others leave visible in several pieces).
+  /// Above these, rays are cheaper: polygons in the scene; polygons that cast shadows between a pair (each may cut what
+  /// the others leave visible in several pieces).
   static constexpr std::size_t kMost = 2048;
-  static constexpr std::size_t kMostToTest = 128;
   static constexpr std::size_t kMostShadows = 16;
 
-  Occluders(const PatchMesh& mesh, const std::vector<Facet>& facets, const Vec3& origin);
+  /// The groups are kept by reference.
+  Occluders(const PatchMesh& mesh, const std::vector<Facet>& facets, const std::vector<PatchGroup>& groups,
+            const Vec3& origin);
 
   /// Whether the scene has few enough polygons for exact visibility to pay.
   bool usable() const { return usable_; }
 
   /// Memory for one thread's questions.
   struct Scratch {
-    std::vector<int> candidates;
+    std::vector<int> near;        ///< what may stand between a patch and some patch of a group
+    std::vector<int> candidates;  ///< what may stand between the two patches of a pair
     struct Plane {
       Vec3 normal;
       double offset;
     };
-    std::vector<Plane> shaft;
+    std::vector<Plane> shaft, shadow;
     std::vector<std::vector<Vec3>> pieces, next;
     std::vector<Vec3> inside, outside;
   };
 
   enum class View { free, hidden, partial, crowded };
 
-  /// Proves that nothing stands between p (part of patch i) and q (part of patch j), or that one polygon hides
-  /// them from each other; where neither can be proved, leaves the polygons concerned in scratch.candidates.
+  /// The same question for patch i (with these corners) and all patches of a group at once: free, hidden, or partial, and
+  /// then what may stand between is left in scratch.near.
+  View approach(Index i, std::span<const Vec3> p, std::size_t group, Scratch& scratch) const;
+
+  /// Proves that nothing of scratch.near stands between p (part of patch i) and q (part of patch j), or that one polygon
+  /// hides them from each other; where neither can be proved, leaves the polygons concerned in scratch.candidates.
   /// Crowded: so many polygons may stand between them that rays are cheaper. p and q are convex.
   View classify(Index i, std::span<const Vec3> p, Index j, std::span<const Vec3> q, Scratch& scratch) const;
 
-  /// Factor from a point x with normal n to the part of q that scratch.candidates leave visible.
-  double visible_point_factor(const Vec3& x, const Vec3& n, std::span<const Vec3> q, Scratch& scratch) const;
+  /// Factor from a point x with normal n to the part of q that scratch.candidates leave visible; `all` is the factor to
+  /// all of q.
+  double visible_point_factor(const Vec3& x, const Vec3& n, std::span<const Vec3> q, double all,
+                              Scratch& scratch) const;
 
  private:
+  using Box = Eigen::AlignedBox3d;
   struct Convex {
     std::vector<Vec3> corners;
     Vec3 normal;
     double offset;
+    Box box;
   };
-  using Mask = std::vector<std::uint64_t>;
+  /// Bits of the polygons, words_ for each patch or group.
+  struct Sides {
+    std::vector<std::uint64_t> front,
+        back;                           ///< the polygon has all of it on its front side, on its back side
+    std::vector<std::uint64_t> facing;  ///< something of the polygon is in front of it
+  };
 
-  void mark_sides(const PatchMesh& mesh, const Vec3& origin);
+  void mark(Sides& sides, std::size_t i, std::span<const Vec3> corners, const Vec3& normal,
+            double offset) const;
+  void make_shaft(std::span<const Vec3> p, std::span<const Vec3> q, Scratch& scratch) const;
+  bool in_shaft(const Convex& polygon, const Scratch& scratch) const;
+  bool hides(const Convex& polygon, std::span<const Vec3> p, std::span<const Vec3> q) const;
 
   double slack_;
   bool usable_ = false;
   std::vector<Convex> polygons_;
   std::size_t words_ = 0;
-  Mask front_, back_,
-      facing_;  // words_ per patch: patch on the front / back side of the polygon; polygon before the patch
+  const std::vector<PatchGroup>& groups_;
+  std::vector<Box> group_boxes_;
+  Sides patch_sides_, group_sides_;
 };
 
 /// Point to polygon [Lambert1760]: F = 1/(2π) Σ_k n·Γ_k, Γ_k = angle(v_k, v_{k+1}) · (v_k × v_{k+1}) / |v_k × v_{k+1}|,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <optional>
@@ -34,6 +35,21 @@ class PairFactors {
   /// A_i F_ij in m²; the same bits for (i, j) and (j, i).
   double mutual_area(Index i, Index j) const;
 
+  /// Calls f(j, A_i F_ij) for every j, or every j > i where `upper` is set, that patch i exchanges light with; not in order.
+  /// Groups of patches that lie behind i, or are hidden from it by one polygon, are passed over whole.
+  template <class F>
+  void for_each_in_row(Index i, bool upper, F&& f) const {
+    for (std::size_t group = 0; group < groups_.size(); ++group) {
+      const std::vector<Index>& patches = groups_[group].patches;
+      if ((upper && patches.back() <= i) || !approach(i, group)) continue;
+      for (auto j = upper ? std::upper_bound(patches.begin(), patches.end(), i) : patches.begin();
+           j != patches.end(); ++j) {
+        const double mutual = mutual_area_near(i, *j);
+        if (mutual > 0) f(*j, mutual);
+      }
+    }
+  }
+
   Index samples() const { return 16 * packets_; }
   std::uint64_t rays() const { return rays_.load(std::memory_order_relaxed); }
 
@@ -41,16 +57,20 @@ class PairFactors {
   struct Weights {
     double seen = 0, all = 0;
   };
+  bool approach(Index i, std::size_t group) const;  // false: i exchanges light with none of its patches
+  double mutual_area_near(Index i, Index j) const;
   Weights sight_lines(Index i, Index j, Index first, Index last) const;
   double visible_by_rays(Index i, Index j) const;
-  double visible_by_shadows(Index i, const Polygon& p, Index j, const Polygon& q) const;
+  double visible_by_shadows(const Polygon& p, const Polygon& q, double mutual) const;
 
   const Visibility& visibility_;
   Index packets_;
-  int points_per_side_;
+  double points_per_side_;
   std::uint64_t seed_;
   std::vector<Polygon> polygons_;
   std::vector<bool> convex_;
+  std::vector<PatchGroup> groups_;
+  std::vector<std::uint32_t> group_of_;
   std::optional<Occluders> occluders_;  // absent where rays are used
   mutable std::atomic<std::uint64_t> rays_{0};
 };
