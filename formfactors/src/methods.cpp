@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::array<FormFactorMethodInfo, 3> kMethods{{
     {"analytic", "exact unoccluded factor of each pair × visible fraction by exact shadows", "Sparrow1963",
-     "samples", 16, make_analytic},
+     "samples", 36, make_analytic},
     {"hemisphere", "cosine-distributed rays from points spread over the patch", "Nusselt1928, Malley1988",
      "samples", 1024, make_hemisphere},
     {"hemicube", "item buffer on the five faces of half a cube over points of the patch",

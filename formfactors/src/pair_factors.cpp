@@ -72,10 +72,7 @@ std::vector<Index> lamps_of(const PatchMesh& mesh) {
 }
 
 PairFactors::PairFactors(const Visibility& visibility, Index samples, std::uint64_t seed)
-    : visibility_(visibility),
-      packets_((samples + 15) / 16),
-      points_per_side_(std::sqrt(static_cast<double>(samples))),
-      seed_(seed) {
+    : visibility_(visibility), samples_(samples), packets_((samples + 15) / 16), seed_(seed) {
   const PatchMesh& mesh = visibility.mesh();
   // Kept near the origin: differences of large coordinates are taken once, here.
   const Vec3 centre = (mesh.lower() + mesh.upper()) / 2;
@@ -202,11 +199,10 @@ double PairFactors::mutual_area_near(Index i, Index j) const {
 double PairFactors::visible_by_shadows(const Polygon& p, const Polygon& q, double mutual) const {
   const Polygon& from = p.area <= q.area ? p : q;
   const Polygon& to = p.area <= q.area ? q : p;
-  // The error of N points on a pair of factor F goes like F/N: the sum of squares is least for a given work where N ~ F^(2/3).
   constexpr double kMostPerSide = 16;
   const double share = mutual / from.area * static_cast<double>(polygons_.size());
   const int side =
-      static_cast<int>(std::clamp(std::round(points_per_side_ * std::cbrt(share)), 1.0, kMostPerSide));
+      static_cast<int>(std::clamp(std::round(std::sqrt(samples_) * std::cbrt(share)), 1.0, kMostPerSide));
   double seen = 0;
   double all = 0;
   for_each_point(from, side, [&](const Vec3& x, double weight) {

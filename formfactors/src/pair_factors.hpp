@@ -24,12 +24,15 @@ std::vector<Index> lamps_of(const PatchMesh& mesh);
 /// Elsewhere the polygons of the scene as they were before they were cut into patches are asked (Occluders): most pairs
 /// are proved to see all or nothing of each other. The others take the fraction
 ///   Σ_k w_k F(x_k → visible part of j) / Σ_k w_k F(x_k → j)
-/// over points x_k of the smaller patch, each term exact. Where the scene has too many polygons, or a patch is not convex,
-/// shadow rays measure the fraction on stratified pairs of points, each weighted by its kernel k = cosθ cosθ' / r²:
-///   Σ V k / Σ k;  a pair that the first rays find partly hidden gets four times as many.
+/// over N points x_k of the smaller patch, each term exact. Its error goes like F/N, so the sum of squares over all pairs
+/// is least for a given work where
+///   N = samples · (n F)^(2/3),   F the larger of F_ij and F_ji without occlusion, n the number of patches.
+/// Where the scene has too many polygons, or a patch is not convex, shadow rays measure the fraction on stratified pairs of
+/// points, each weighted by its kernel k = cosθ cosθ' / r²:  Σ V k / Σ k.  They are `samples`, rounded up to a multiple of
+/// 16, and four times as many where the first find a pair partly hidden.
 class PairFactors {
  public:
-  /// `samples` is rounded up to a multiple of 16. The visibility must outlive this object.
+  /// The visibility must outlive this object.
   PairFactors(const Visibility& visibility, Index samples, std::uint64_t seed);
 
   /// A_i F_ij in m²; the same bits for (i, j) and (j, i).
@@ -50,7 +53,7 @@ class PairFactors {
     }
   }
 
-  Index samples() const { return 16 * packets_; }
+  Index samples() const { return samples_; }
   std::uint64_t rays() const { return rays_.load(std::memory_order_relaxed); }
 
  private:
@@ -64,8 +67,7 @@ class PairFactors {
   double visible_by_shadows(const Polygon& p, const Polygon& q, double mutual) const;
 
   const Visibility& visibility_;
-  Index packets_;
-  double points_per_side_;
+  Index samples_, packets_;
   std::uint64_t seed_;
   std::vector<Polygon> polygons_;
   std::vector<bool> convex_;
