@@ -108,29 +108,28 @@ void Occluders::mark(Sides& sides, std::size_t i, std::span<const Vec3> corners,
   }
 }
 
-// Planes through an edge of one and a corner of the other that have both on one side. Of the one whose edge it is, any other
-// corner tells the side.
+// Planes through an edge of one and a corner of the other that have both on one side.
 void Occluders::make_shaft(std::span<const Vec3> p, std::span<const Vec3> q, Scratch& scratch) const {
   scratch.shaft.clear();
   const auto support = [&](std::span<const Vec3> a, std::span<const Vec3> b) {
     for (std::size_t k = 0; k < a.size(); ++k) {
       const Vec3& e0 = a[k];
-      const Vec3 e = a[(k + 1) % a.size()] - e0;
-      const Vec3 inner = a[(k + 2) % a.size()] - e0;
+      const Vec3 e = a[k + 1 == a.size() ? 0 : k + 1] - e0;
       for (const Vec3& c : b) {
         const Vec3 normal = e.cross(c - e0);
         const double length = normal.norm();
         const double slack = slack_ * length;
         if (length <= slack_ * e.norm()) continue;
-        double low = std::min(0.0, normal.dot(inner));
-        double high = std::max(0.0, normal.dot(inner));
-        for (const Vec3& v : b) {
+        double low = 0;
+        double high = 0;
+        const auto splits = [&](const Vec3& v) {
           const double h = normal.dot(v - e0);
           low = std::min(low, h);
           high = std::max(high, h);
-          if (low < -slack && high > slack) break;
-        }
-        if (low < -slack && high > slack) continue;
+          return low < -slack && high > slack;
+        };
+        // The other polygon first: mostly it is the one that a plane splits.
+        if (std::any_of(b.begin(), b.end(), splits) || std::any_of(a.begin(), a.end(), splits)) continue;
         const double outward = (high <= slack ? 1 : -1) / length;
         scratch.shaft.push_back({outward * normal, outward * normal.dot(e0)});
       }
