@@ -7,7 +7,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <mutex>
+#include <utility>
 
 #include "methods.hpp"
 #include "pair_factors.hpp"
@@ -29,6 +31,13 @@ using RowList = std::vector<Row>;
 
 std::size_t at(Index i) {
   return static_cast<std::size_t>(i);
+}
+
+// Rounded towards zero: rows of single precision never exceed the sums that they stand for, and what they lack goes to a
+// diagonal that is never negative.
+float stored(double f) {
+  const auto nearest = static_cast<float>(f);
+  return static_cast<double>(nearest) > f ? std::nextafter(nearest, 0.0F) : nearest;
 }
 
 template <class F>
@@ -61,8 +70,7 @@ Computed compute_rows(const FormFactorMethod& method, Index n, bool upper, const
                   Row& row = out.rows[at(i)];
                   row.columns.assign(columns.begin(), columns.end());
                   row.values.resize(values.size());
-                  std::transform(values.begin(), values.end(), row.values.begin(),
-                                 [](double f) { return static_cast<float>(f); });
+                  std::transform(values.begin(), values.end(), row.values.begin(), stored);
                   out.escaped[at(i)] = escaped;
                 });
     rows_done += last - first;
@@ -81,24 +89,33 @@ Computed compute_rows(const FormFactorMethod& method, Index n, bool upper, const
   return out;
 }
 
-// Fᵀ, rows ascending by column.
+// Fᵀ, rows ascending by column. Blocks of rows are counted, then scattered, each on its own.
 RowList transpose(const RowList& rows) {
-  RowList t(rows.size());
-  std::vector<std::size_t> count(rows.size(), 0);
-  for (const Row& row : rows) {
-    for (const Index j : row.columns) ++count[at(j)];
-  }
-  for (std::size_t j = 0; j < rows.size(); ++j) {
-    t[j].columns.reserve(count[j]);
-    t[j].values.reserve(count[j]);
-  }
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    for (std::size_t k = 0; k < rows[i].columns.size(); ++k) {
-      Row& row = t[at(rows[i].columns[k])];
-      row.columns.push_back(static_cast<Index>(i));
-      row.values.push_back(rows[i].values[k]);
+  constexpr std::size_t kBlocks = 16;
+  const std::size_t n = rows.size();
+  const auto first = [&](std::size_t block) { return n * block / kBlocks; };
+  std::vector<std::vector<std::uint32_t>> place(kBlocks, std::vector<std::uint32_t>(n, 0));
+  tbb::parallel_for(std::size_t{0}, kBlocks, [&](std::size_t block) {
+    for (std::size_t i = first(block); i < first(block + 1); ++i)
+      for (const Index j : rows[i].columns) ++place[block][at(j)];
+  });
+  RowList t(n);
+  for_each_row(static_cast<Index>(n), [&](Index j) {
+    std::uint32_t sum = 0;
+    for (auto& block : place) sum += std::exchange(block[at(j)], sum);
+    t[at(j)].columns.resize(sum);
+    t[at(j)].values.resize(sum);
+  });
+  tbb::parallel_for(std::size_t{0}, kBlocks, [&](std::size_t block) {
+    for (std::size_t i = first(block); i < first(block + 1); ++i) {
+      for (std::size_t k = 0; k < rows[i].columns.size(); ++k) {
+        const std::size_t j = at(rows[i].columns[k]);
+        const std::uint32_t p = place[block][j]++;
+        t[j].columns[p] = static_cast<Index>(i);
+        t[j].values[p] = rows[i].values[k];
+      }
     }
-  }
+  });
   return t;
 }
 
@@ -129,7 +146,7 @@ void mirror(RowList& upper, const Eigen::ArrayXd& areas) {
     for (std::size_t k = 0; k < left.columns.size(); ++k) {
       const Index i = left.columns[k];
       full.columns.push_back(i);
-      full.values.push_back(static_cast<float>(static_cast<double>(left.values[k]) * areas[i] / areas[j]));
+      full.values.push_back(stored(static_cast<double>(left.values[k]) * areas[i] / areas[j]));
     }
     full.columns.insert(full.columns.end(), row.columns.begin(), row.columns.end());
     full.values.insert(full.values.end(), row.values.begin(), row.values.end());
@@ -154,7 +171,7 @@ void replace_lamps(RowList& rows, const std::vector<Index>& lamps, const PairFac
       for (Index j = 0; j < n; ++j) {
         if (row[j] <= 0) continue;
         exact.columns.push_back(j);
-        exact.values.push_back(static_cast<float>(row[j] / areas[i]));
+        exact.values.push_back(stored(row[j] / areas[i]));
       }
       rows[at(i)] = std::move(exact);
       return;
@@ -162,7 +179,7 @@ void replace_lamps(RowList& rows, const std::vector<Index>& lamps, const PairFac
     for (std::size_t k = 0; k < lamps.size(); ++k) {
       if (mutual[k][i] <= 0) continue;
       exact.columns.push_back(lamps[k]);
-      exact.values.push_back(static_cast<float>(mutual[k][i] / areas[i]));
+      exact.values.push_back(stored(mutual[k][i] / areas[i]));
     }
     Row merged;
     merge(rows[at(i)], exact, [&](Index j, double sampled, double pair) {
@@ -183,7 +200,7 @@ void symmetrise(RowList& rows, const RowList& t, const Eigen::ArrayXd& areas) {
     Row& row = symmetric[at(i)];
     merge(rows[at(i)], t[at(i)], [&](Index j, double f_ij, double f_ji) {
       row.columns.push_back(j);
-      row.values.push_back(static_cast<float>((f_ij + f_ji) * areas[j] / (areas[i] + areas[j])));
+      row.values.push_back(stored((f_ij + f_ji) * areas[j] / (areas[i] + areas[j])));
     });
   });
   rows = std::move(symmetric);
@@ -202,14 +219,19 @@ Eigen::ArrayXd row_sums(const RowList& rows) {
 }
 
 // S ← D S D with Σ_j S_ij = A_i t_i, by the symmetric Sinkhorn iteration D_i ← D_i √(t_i / Σ_j D_i F_ij D_j) [Knight2008].
-// An eigenvalue λ of F damps its mode by (1 − λ)/2 each sweep.
+// An eigenvalue λ of F damps its mode by (1 − λ)/2 each sweep. Where patches that nearly only see each other do not agree on
+// what they exchange there is no such D: the iteration ends where it stops paying, and then
+//   S_ij ← S_ij min(s_i, s_j),   s_i = min(1, t_i / Σ_j F_ij),
+// leaves no row above its target.
 void scale_to_row_sums(RowList& rows, const Eigen::ArrayXd& target) {
   constexpr int kSweeps = 100;
-  constexpr double kEnough = 1e-7;  // single precision rounds row sums by a tenth of this
+  constexpr double kEnough = 1e-7;  // single precision rounds row sums by about as much
+  constexpr int kPatience = 10;     // sweeps in which the mean error must halve
   const auto n = static_cast<Index>(rows.size());
   Eigen::ArrayXd d = Eigen::ArrayXd::Ones(n);
   Eigen::ArrayXd reached(n);
-  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+  double before = std::numeric_limits<double>::infinity();
+  for (int sweep = 0;; ++sweep) {
     for_each_row(n, [&](Index i) {
       const Row& row = rows[at(i)];
       double s = 0;
@@ -217,13 +239,20 @@ void scale_to_row_sums(RowList& rows, const Eigen::ArrayXd& target) {
         s += static_cast<double>(row.values[k]) * d[row.columns[k]];
       reached[i] = d[i] * s;
     });
-    if ((reached - target).abs().maxCoeff() <= kEnough) break;
+    const Eigen::ArrayXd error = (reached - target).abs();
+    if (error.maxCoeff() <= kEnough || sweep == kSweeps) break;
+    if (sweep % kPatience == 0) {
+      if (error.mean() > 0.5 * before) break;
+      before = error.mean();
+    }
     d = (reached > 0).select(d * (target / reached.max(1e-300)).sqrt(), d);
   }
+  const Eigen::ArrayXd cap = (reached > target).select(target / reached.max(1e-300), 1.0);
   for_each_row(n, [&](Index i) {
     Row& row = rows[at(i)];
     for (std::size_t k = 0; k < row.columns.size(); ++k) {
-      row.values[k] = static_cast<float>(d[i] * static_cast<double>(row.values[k]) * d[row.columns[k]]);
+      const Index j = row.columns[k];
+      row.values[k] = stored(d[i] * static_cast<double>(row.values[k]) * d[j] * std::min(cap[i], cap[j]));
     }
   });
 }
@@ -244,6 +273,7 @@ FormFactorQuality measure(const RowList& rows, const RowList& t, const Eigen::Ar
     });
   });
   quality.reciprocity_error_max = reciprocity.maxCoeff();
+  quality.reciprocity_error_mean = (reciprocity * areas).sum() / areas.sum();
   return quality;
 }
 
@@ -287,25 +317,26 @@ FormFactorMatrix::Rows pack(RowList& rows) {
   const bool sparse =
       entries * (sizeof(float) + sizeof(Index)) + (n + 1) * sizeof(std::size_t) < n * n * sizeof(float);
   if (sparse) {
-    out.start.reserve(n + 1);
-    out.start.push_back(0);
-    out.columns.reserve(entries);
-    out.values.reserve(entries);
+    out.start.assign(n + 1, 0);
+    for (std::size_t i = 0; i < n; ++i) out.start[i + 1] = out.start[i] + rows[i].columns.size();
+    out.columns.resize(entries);
+    out.values.resize(entries);
   } else {
     out.values.assign(n * n, 0.0F);
   }
-  for (std::size_t i = 0; i < n; ++i) {
+  for_each_row(out.n, [&](Index i) {
+    Row& row = rows[at(i)];
     if (sparse) {
-      out.columns.insert(out.columns.end(), rows[i].columns.begin(), rows[i].columns.end());
-      out.values.insert(out.values.end(), rows[i].values.begin(), rows[i].values.end());
-      out.start.push_back(out.values.size());
+      std::copy(row.columns.begin(), row.columns.end(),
+                out.columns.begin() + static_cast<std::ptrdiff_t>(out.start[at(i)]));
+      std::copy(row.values.begin(), row.values.end(),
+                out.values.begin() + static_cast<std::ptrdiff_t>(out.start[at(i)]));
     } else {
-      for (std::size_t k = 0; k < rows[i].columns.size(); ++k) {
-        out.values[i * n + at(rows[i].columns[k])] = rows[i].values[k];
-      }
+      for (std::size_t k = 0; k < row.columns.size(); ++k)
+        out.values[at(i) * n + at(row.columns[k])] = row.values[k];
     }
-    rows[i] = {};
-  }
+    row = {};
+  });
   return out;
 }
 

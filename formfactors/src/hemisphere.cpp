@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <numeric>
 
 #include "methods.hpp"
 #include "radiosity/meshing/error.hpp"
@@ -17,12 +18,19 @@ namespace {
 /// The unit square is cut into K cells, one jittered sample each, mapped to Nusselt's disk and lifted to the
 /// hemisphere. Rays of a 4 × 4 block of cells make one coherent packet. Each starts at a point of its own, and
 /// the points of a packet are spread over the patch, so that F is the patch-to-patch factor, unbiased.
+///
+/// A few such sets of directions serve all patches: each takes one at random and turns it by a random angle.
 class Hemisphere final : public FormFactorMethod {
  public:
   Hemisphere(const Visibility& visibility, const FormFactorOptions& options)
       : visibility_(visibility),
         seed_(options.seed),
-        blocks_(static_cast<int>(std::ceil(std::sqrt(static_cast<double>(options.samples) / 16)))) {}
+        blocks_(static_cast<int>(std::ceil(std::sqrt(static_cast<double>(options.samples) / 16)))) {
+    constexpr Index kMostSets = 16;
+    constexpr Index kMostDirections = 1 << 18;
+    const Index sets = std::clamp(kMostDirections / setting(), Index{1}, kMostSets);
+    for (Index set = 0; set < sets; ++set) sets_.push_back(directions(static_cast<std::uint64_t>(set)));
+  }
 
   void rows(Index first, Index last, bool upper, const Sink& sink) const override;
   bool reciprocal() const override { return false; }
@@ -32,58 +40,86 @@ class Hemisphere final : public FormFactorMethod {
   Index max_entries_per_row() const override { return std::min(setting(), visibility_.mesh().patch_count()); }
 
  private:
+  struct Packet {
+    alignas(64) std::array<float, 16> x, y, z;
+  };
+  std::vector<Packet> directions(std::uint64_t set) const;
+
   const Visibility& visibility_;
   mutable std::atomic<std::uint64_t> rays_{0};
   std::uint64_t seed_;
-  int blocks_;  // packets along an edge of the unit square
+  int blocks_;                             // packets along an edge of the unit square
+  std::vector<std::vector<Packet>> sets_;  // of directions about (0, 0, 1)
 };
 
+std::vector<Hemisphere::Packet> Hemisphere::directions(std::uint64_t set) const {
+  RandomStream random(seed_, ~set);  // patches have the streams 0, 1, …
+  const double cell = 1.0 / (4 * blocks_);
+  std::vector<Packet> packets(static_cast<std::size_t>(blocks_ * blocks_));
+  for (int block = 0; block < blocks_ * blocks_; ++block) {
+    Packet& packet = packets[static_cast<std::size_t>(block)];
+    for (int k = 0; k < 16; ++k) {
+      const auto lane = static_cast<std::size_t>(k);
+      const Sample2 disk = concentric_disk({(block % blocks_ * 4 + k % 4 + random.uniform()) * cell,
+                                            (block / blocks_ * 4 + k / 4 + random.uniform()) * cell});
+      packet.x[lane] = static_cast<float>(disk.u);
+      packet.y[lane] = static_cast<float>(disk.v);
+      packet.z[lane] = static_cast<float>(std::sqrt(std::max(0.0, 1 - disk.u * disk.u - disk.v * disk.v)));
+    }
+  }
+  return packets;
+}
+
 void Hemisphere::rows(Index first, Index last, bool, const Sink& sink) const {
+  // Points beyond these add nothing: they fill the patch far more densely than the directions fill the disk.
+  constexpr std::size_t kMostPointBlocks = 32;
   const PatchMesh& mesh = visibility_.mesh();
   std::vector<Index> hits(static_cast<std::size_t>(mesh.patch_count()), 0);
   std::vector<Index> columns;
   std::vector<double> values;
-  const double cell = 1.0 / (4 * blocks_);
+  const auto packets = static_cast<std::size_t>(blocks_ * blocks_);
+  std::vector<Packet> points(std::min(packets, kMostPointBlocks));
+  std::vector<std::size_t> order(packets);
   const double share = 1.0 / setting();
   for (Index i = first; i < last; ++i) {
     RandomStream random(seed_, static_cast<std::uint64_t>(i));
     const Sample2 shift{random.uniform(), random.uniform()};
-    const Vec3& n = mesh.normal(i);
-    Vec3 t, b;
-    tangents(n, t, b);
-    // The disk is turned by a random angle: the seams of the square's map fall elsewhere for each patch.
+    Vec3 t0, b0;
+    tangents(mesh.normal(i), t0, b0);
     const double turn = 2 * std::numbers::pi * random.uniform();
-    const Vec3 turned = std::cos(turn) * t + std::sin(turn) * b;
-    b = n.cross(turned);
-    t = turned;
+    const Eigen::Vector3f n = mesh.normal(i).cast<float>();
+    const Eigen::Vector3f t = (std::cos(turn) * t0 + std::sin(turn) * b0).cast<float>();
+    const Eigen::Vector3f b = (std::cos(turn) * b0 - std::sin(turn) * t0).cast<float>();
+    const std::vector<Packet>& directions = sets_[random.next() % sets_.size()];
 
     const PatchSampler patch(mesh, i);
-    // Which points go with which block of directions is drawn too, or position and direction would be
-    // correlated.
-    std::vector<std::uint64_t> order(static_cast<std::size_t>(blocks_ * blocks_));
-    for (std::size_t k = 0; k < order.size(); ++k) order[k] = k;
-    for (std::size_t k = order.size(); k > 1; --k) std::swap(order[k - 1], order[random.next() % k]);
+    for (std::size_t block = 0; block < points.size(); ++block) {
+      for (std::size_t lane = 0; lane < 16; ++lane) {
+        const Vec3 x = visibility_.scaled(patch.at(r2_point(block * 16 + lane, shift)));
+        points[block].x[lane] = static_cast<float>(x.x());
+        points[block].y[lane] = static_cast<float>(x.y());
+        points[block].z[lane] = static_cast<float>(x.z());
+      }
+    }
+    // Which points go with which directions is drawn too, or position and direction would be correlated.
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    for (std::size_t k = packets; k > 1; --k) std::swap(order[k - 1], order[random.next() % k]);
 
     columns.clear();
     Index lost = 0;
     Visibility::Packet packet;
     packet.from = i;
     packet.count = 16;
-    for (int block = 0; block < blocks_ * blocks_; ++block) {
-      const std::uint64_t points = order[static_cast<std::size_t>(block)] * 16;
-      for (int k = 0; k < 16; ++k) {
-        const auto lane = static_cast<std::size_t>(k);
-        const Vec3 x = visibility_.scaled(patch.at(r2_point(points + static_cast<std::uint64_t>(k), shift)));
-        const Sample2 disk = concentric_disk({(block % blocks_ * 4 + k % 4 + random.uniform()) * cell,
-                                              (block / blocks_ * 4 + k / 4 + random.uniform()) * cell});
-        const double height = std::sqrt(std::max(0.0, 1 - disk.u * disk.u - disk.v * disk.v));
-        const Vec3 d = disk.u * t + disk.v * b + height * n;
-        packet.x[lane] = static_cast<float>(x.x());
-        packet.y[lane] = static_cast<float>(x.y());
-        packet.z[lane] = static_cast<float>(x.z());
-        packet.dx[lane] = static_cast<float>(d.x());
-        packet.dy[lane] = static_cast<float>(d.y());
-        packet.dz[lane] = static_cast<float>(d.z());
+    for (std::size_t block = 0; block < packets; ++block) {
+      const Packet& x = points[order[block] % points.size()];
+      const Packet& d = directions[block];
+      packet.x = x.x;
+      packet.y = x.y;
+      packet.z = x.z;
+      for (std::size_t lane = 0; lane < 16; ++lane) {
+        packet.dx[lane] = d.x[lane] * t.x() + d.y[lane] * b.x() + d.z[lane] * n.x();
+        packet.dy[lane] = d.x[lane] * t.y() + d.y[lane] * b.y() + d.z[lane] * n.y();
+        packet.dz[lane] = d.x[lane] * t.z() + d.y[lane] * b.z() + d.z[lane] * n.z();
       }
       visibility_.first_hits(packet);
       for (const Index j : packet.hit) {

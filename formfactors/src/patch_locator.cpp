@@ -32,10 +32,10 @@ PatchLocator::PatchLocator(const PatchMesh& mesh, const Facet& facet) {
   extend(one, facet.patches[0]);
   Eigen::Vector2d cell = one.sizes();
   if (first.size() != 4 || mesh.area(facet.patches[0]) < 0.999 * cell.prod())
-    cell = Eigen::Vector2d::Constant(std::sqrt(area / 2 / static_cast<double>(facet.patches.size())));
+    cell = Eigen::Vector2d::Constant(std::sqrt(area / 8 / static_cast<double>(facet.patches.size())));
   // Memory stays in proportion to the patches, whatever their shape.
   const double cells = box.sizes().cwiseQuotient(cell).prod();
-  const double most = 16 + 4 * static_cast<double>(facet.patches.size());
+  const double most = 16 + 12 * static_cast<double>(facet.patches.size());
   if (cells > most) cell *= std::sqrt(cells / most);
   const auto count = [](double length, double step) {
     return static_cast<int>(std::clamp(std::round(length / step), 1.0, 1e6));

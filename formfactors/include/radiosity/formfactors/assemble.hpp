@@ -25,6 +25,9 @@ struct FormFactorQuality {
   double closure_error_max = 0;      ///< max_i |Σ_j F_ij − (1 − escaped_i)|
   double closure_error_mean = 0;     ///< area-weighted mean of the same
   double reciprocity_error_max = 0;  ///< max_i Σ_j |F_ij − F_ji A_j/A_i| / 2
+  /// Area-weighted mean of the same. Rows sampled independently of each other: half the difference of two estimates is what
+  /// their mean errs by, so this is the mean error Σ_j |ΔF_ij| of the rows once they are averaged.
+  double reciprocity_error_mean = 0;
 };
 
 struct AssemblyReport {
