@@ -82,6 +82,10 @@ void Hemisphere::rows(Index first, Index last, bool, const Sink& sink) const {
   std::vector<std::size_t> order(packets);
   const double share = 1.0 / setting();
   for (Index i = first; i < last; ++i) {
+    if (visibility_.covered(i)) {
+      sink(i, {}, {}, 1);
+      continue;
+    }
     RandomStream random(seed_, static_cast<std::uint64_t>(i));
     const Sample2 shift{random.uniform(), random.uniform()};
     Vec3 t0, b0;

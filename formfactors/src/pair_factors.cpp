@@ -154,7 +154,7 @@ bool PairFactors::approach(Index i, std::size_t group) const {
                                    [&](const Vec3& c) { return p.normal.dot(c) > height; }) ||
                       std::none_of(p.corners.begin(), p.corners.end(),
                                    [&](const Vec3& c) { return g.normal.dot(c) > g.offset; });
-  if (behind) return false;
+  if (behind || visibility_.covered(i)) return false;
   return !occluders_ || occluders_->approach(i, p.corners, group, scratch) != Occluders::View::hidden;
 }
 
@@ -163,6 +163,7 @@ double PairFactors::mutual_area(Index i, Index j) const {
 }
 
 double PairFactors::mutual_area_near(Index i, Index j) const {
+  if (visibility_.covered(j)) return 0;
   if (j < i) std::swap(i, j);
   const Polygon& p = polygons_[static_cast<std::size_t>(i)];
   const Polygon& q = polygons_[static_cast<std::size_t>(j)];

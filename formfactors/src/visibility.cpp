@@ -2,10 +2,12 @@
 #include "radiosity/formfactors/visibility.hpp"
 
 #include <embree3/rtcore.h>
+#include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <numeric>
 #include <stdexcept>
 #include <vector>
@@ -40,6 +42,40 @@ bool is_convex(const std::vector<Facet>& facets, double diagonal) {
     }
   }
   return true;
+}
+
+// Σ Ω / 4π over triangles, positive where x sees their fronts [VanOosterom1983]:
+//   tan Ω/2 = −a·(b × c) / (|a||b||c| + (a·b)|c| + (b·c)|a| + (c·a)|b|)   for corners a, b, c seen from x.
+double winding_number(const std::vector<Facet>& facets, const Vec3& x) {
+  double sum = 0;
+  for (const Facet& facet : facets) {
+    for (const Facet::Piece& piece : facet.pieces) {
+      const Vec3 a = piece.corners[0] - x;
+      const double la = a.norm();
+      for (std::size_t k = 1; k + 1 < piece.corners.size(); ++k) {
+        const Vec3 b = piece.corners[k] - x;
+        const Vec3 c = piece.corners[k + 1] - x;
+        const double lb = b.norm();
+        const double lc = c.norm();
+        sum -=
+            2 * std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+      }
+    }
+  }
+  return sum / (4 * std::numbers::pi);
+}
+
+// Whether the polygons enclose more room than matter: Σ x·n A / 3 is the volume of matter where they are closed.
+bool inside_a_room(const std::vector<Facet>& facets, const Vec3& centre) {
+  double volume = 0;
+  for (const Facet& facet : facets) {
+    for (const Facet::Piece& piece : facet.pieces) {
+      const Vec3 a = piece.corners[0] - centre;
+      for (std::size_t k = 1; k + 1 < piece.corners.size(); ++k)
+        volume += a.dot((piece.corners[k] - centre).cross(piece.corners[k + 1] - centre)) / 6;
+    }
+  }
+  return volume < 0;
 }
 
 }  // namespace
@@ -77,11 +113,15 @@ struct Visibility::Impl {
   struct Context {
     RTCIntersectContext base;
     const Impl* impl;
-    const Plane* from;  // null for rays from anywhere
-    const Plane* to;    // null for rays without an end
-    bool fronts_only;   // backs are passed through
+    const Plane* from;   // null for rays from anywhere
+    const Plane* to;     // null for rays without an end
+    bool fronts_only;    // backs are passed through
+    bool only_in_plane;  // what does not lie in `from`, facing it, is passed through
   };
   static void filter(const RTCFilterFunctionNArguments* args);
+
+  // Whether a polygon lies against the patch, facing it.
+  bool faced(const Plane& plane, const Eigen::Vector3f& x) const;
 
   bool shows_front(unsigned triangle, float dx, float dy, float dz) const {
     const Triangle& t = triangles[triangle];
@@ -108,6 +148,13 @@ void Visibility::Impl::filter(const RTCFilterFunctionNArguments* args) {
     const float y = RTCRayN_org_y(args->ray, n, k) + t * RTCRayN_dir_y(args->ray, n, k);
     const float z = RTCRayN_org_z(args->ray, n, k) + t * RTCRayN_dir_z(args->ray, n, k);
     const unsigned triangle = RTCHitN_primID(args->hit, n, k);
+    if (context->only_in_plane) {
+      const Plane& from = *context->from;
+      if (!context->impl->shows_front(triangle, from.nx, from.ny, from.nz) ||
+          !context->impl->lies_in(from, triangle))
+        args->valid[k] = 0;
+      continue;
+    }
     for (const Plane* plane : {context->from, context->to}) {
       if (plane != nullptr && plane->height(x, y, z) < 2 * tolerance::kSamePlane &&
           context->impl->lies_in(*plane, triangle)) {
@@ -115,6 +162,27 @@ void Visibility::Impl::filter(const RTCFilterFunctionNArguments* args) {
       }
     }
   }
+}
+
+bool Visibility::Impl::faced(const Plane& plane, const Eigen::Vector3f& x) const {
+  Context context{};
+  rtcInitIntersectContext(&context.base);
+  context.impl = this;
+  context.from = &plane;
+  context.only_in_plane = true;
+  const Eigen::Vector3f n(plane.nx, plane.ny, plane.nz);
+  const Eigen::Vector3f start = x - 4 * tolerance::kSamePlane * n;
+  RTCRay ray{};
+  ray.org_x = start.x();
+  ray.org_y = start.y();
+  ray.org_z = start.z();
+  ray.dir_x = n.x();
+  ray.dir_y = n.y();
+  ray.dir_z = n.z();
+  ray.tfar = 8 * tolerance::kSamePlane;
+  ray.mask = ~0U;
+  rtcOccluded1(scene, &context.base, &ray);
+  return ray.tfar < 0;
 }
 
 Visibility::Visibility(const PatchMesh& mesh)
@@ -178,6 +246,18 @@ Visibility::Visibility(const PatchMesh& mesh)
   if (const RTCError error = rtcGetDeviceError(impl_->device); error != RTC_ERROR_NONE) {
     throw std::runtime_error("Embree fails with error " + std::to_string(error));
   }
+
+  covered_.assign(static_cast<std::size_t>(mesh.patch_count()), 0);
+  if (convex_) return;
+  const double solid = inside_a_room(facets_, centre_) ? 0.25 : -0.75;
+  tbb::parallel_for(Index{0}, mesh.patch_count(), [&](Index i) {
+    const auto k = static_cast<std::size_t>(i);
+    const auto& corner = mesh.triangles(i)[0];
+    const Vec3 inside = (mesh.vertex(corner[0]) + mesh.vertex(corner[1]) + mesh.vertex(corner[2])) / 3;
+    if (!impl_->faced(impl_->planes[k], scaled(inside).cast<float>())) return;
+    covered_[k] =
+        winding_number(facets_, inside + tolerance::kContact * mesh.diagonal() * mesh.normal(i)) < solid;
+  });
 }
 
 Visibility::~Visibility() = default;

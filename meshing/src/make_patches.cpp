@@ -153,8 +153,11 @@ void warn_of_odd_facts(const Surface& surface, const Contacts& contacts, const S
                            contacts.coincident[k][1]);
     if (contacts.coincident.size() > kNamed)
       pairs += fmt::format(" and {} more pairs", contacts.coincident.size() - kNamed);
-    warnings.push_back(fmt::format(
-        "{} coincide: where two faces lie in one another, which of them light meets is not defined", pairs));
+    warnings.push_back(
+        fmt::format("{} coincide: where they lie face to face they see nothing; where they face the same "
+                    "way, which of them "
+                    "light meets is not defined",
+                    pairs));
   }
   if (const Index open = open_edges(surface, contacts, scene); open > 0)
     warnings.push_back(fmt::format("the surface is open: {} {} to one face only, so light may leave there",

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "radiosity/meshing/facets.hpp"
 
@@ -30,6 +32,12 @@ class Visibility {
   /// No patch can stand between two others: all lie on or in front of the planes of all others, so the
   /// scene is (part of) the boundary of a convex room and no ray is needed.
   bool convex() const { return convex_; }
+
+  /// The patch lies against another one that faces it: a wall behind a cupboard, the cupboard's back. Such a patch sees nothing
+  /// and nothing sees it. Told from the two sides of a wall without thickness by the winding number of all polygons
+  /// just before the patch, w = Σ Ω / 4π [VanOosterom1983]: 1 in a room, 0 inside the furniture and behind the walls;
+  /// 0 and −1 where no room is round the scene.
+  bool covered(Index patch) const { return covered_[static_cast<std::size_t>(patch)] != 0; }
 
   static constexpr Index kNothing = -1;  ///< the ray leaves the scene
   static constexpr Index kBack = -2;     ///< the ray ends on the back of a patch
@@ -76,6 +84,7 @@ class Visibility {
   double scale_;
   std::vector<Facet> facets_;
   bool convex_;
+  std::vector<std::uint8_t> covered_;
   std::unique_ptr<Impl> impl_;
 };
 
