@@ -206,6 +206,20 @@ FormFactorMatrix form_factor_stage(Job& job, const FormFactorMethod& method, con
   if (assembly.lamps > 0)
     job.console.line("", "{} computed pair by pair, not sampled",
                      numbered(assembly.lamps, "lamp patch", "lamp patches"));
+  const PairCounts& pairs = assembly.pairs;
+  const auto all =
+      static_cast<double>(pairs.behind + pairs.hidden + pairs.free + pairs.partial + pairs.by_rays);
+  if (all > 0) {
+    const auto percent = [&](std::uint64_t count) { return 100 * static_cast<double>(count) / all; };
+    job.console.line("",
+                     "of {:.3g} pairs {:.3g} % lie behind one another, {:.3g} % are hidden, {:.3g} % see all "
+                     "of each other, {:.3g} % part",
+                     all, percent(pairs.behind), percent(pairs.hidden), percent(pairs.free),
+                     percent(pairs.partial + pairs.by_rays));
+  }
+  if (!method.reciprocal() && assembly.before.reciprocity_error_mean > 0)
+    job.console.line("", "single factors are off by noise that adds up to {:.2g} of a row, on average",
+                     assembly.before.reciprocity_error_mean);
   const auto error_line = [&](std::string_view label, double before, double after) {
     job.console.line("", "{} error at most {:.2g}{}", label, after,
                      assembly.closed_rows ? fmt::format(", {:.2g} before rows were restored", before) : "");

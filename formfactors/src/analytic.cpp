@@ -37,6 +37,7 @@ class Analytic final : public FormFactorMethod {
   Index setting() const override { return pairs_.samples(); }
   Index max_entries_per_row() const override { return visibility_.mesh().patch_count(); }
   std::uint64_t rays() const override { return pairs_.rays(); }
+  PairCounts pairs() const override { return pairs_.counts(); }
 
  private:
   const Visibility& visibility_;

@@ -218,34 +218,59 @@ Eigen::ArrayXd row_sums(const RowList& rows) {
   return sums;
 }
 
-// S ← D S D with Σ_j S_ij = A_i t_i, by the symmetric Sinkhorn iteration D_i ← D_i √(t_i / Σ_j D_i F_ij D_j) [Knight2008].
-// An eigenvalue λ of F damps its mode by (1 − λ)/2 each sweep. Where patches that nearly only see each other do not agree on
-// what they exchange there is no such D: the iteration ends where it stops paying, and then
-//   S_ij ← S_ij min(s_i, s_j),   s_i = min(1, t_i / Σ_j F_ij),
+// S ← D S D with Σ_j S_ij = A_i t_i, D diagonal, by Newton's method in log D: with R_i the row sums of the scaled F,
+//   (diag(A R) + D S D) δ = A (t − R),   D ← D exp(δ),
+// where each step is solved by conjugate gradients preconditioned with diag(A R). (The symmetric Sinkhorn iteration
+// D_i ← D_i √(t_i / R_i) [Knight2008] takes 100 products where this takes 30.) Where patches that nearly only see each other do
+// not agree on what they exchange there is no such D: the iteration ends where it stops paying, and then
+//   S_ij ← S_ij min(s_i, s_j),   s_i = min(1, t_i / R_i),
 // leaves no row above its target.
-void scale_to_row_sums(RowList& rows, const Eigen::ArrayXd& target) {
-  constexpr int kSweeps = 100;
+void scale_to_row_sums(RowList& rows, const Eigen::ArrayXd& target, const Eigen::ArrayXd& areas) {
+  constexpr int kSteps = 20;
+  constexpr int kInner = 30;
+  constexpr double kInnerTolerance = 1e-2;
   constexpr double kEnough = 1e-7;  // single precision rounds row sums by about as much
-  constexpr int kPatience = 10;     // sweeps in which the mean error must halve
   const auto n = static_cast<Index>(rows.size());
   Eigen::ArrayXd d = Eigen::ArrayXd::Ones(n);
-  Eigen::ArrayXd reached(n);
-  double before = std::numeric_limits<double>::infinity();
-  for (int sweep = 0;; ++sweep) {
+  const auto product = [&](const Eigen::ArrayXd& x) {  // of the scaled F
+    Eigen::ArrayXd y(n);
+    const Eigen::ArrayXd dx = d * x;
     for_each_row(n, [&](Index i) {
       const Row& row = rows[at(i)];
       double s = 0;
       for (std::size_t k = 0; k < row.columns.size(); ++k)
-        s += static_cast<double>(row.values[k]) * d[row.columns[k]];
-      reached[i] = d[i] * s;
+        s += static_cast<double>(row.values[k]) * dx[row.columns[k]];
+      y[i] = d[i] * s;
     });
-    const Eigen::ArrayXd error = (reached - target).abs();
-    if (error.maxCoeff() <= kEnough || sweep == kSweeps) break;
-    if (sweep % kPatience == 0) {
-      if (error.mean() > 0.5 * before) break;
-      before = error.mean();
+    return y;
+  };
+  Eigen::ArrayXd reached;
+  double before = std::numeric_limits<double>::infinity();
+  for (int step = 0;; ++step) {
+    reached = product(Eigen::ArrayXd::Ones(n));
+    const Eigen::ArrayXd missing = (reached > 0).select(target - reached, 0.0);
+    const double error = missing.abs().mean();
+    if (missing.abs().maxCoeff() <= kEnough || error > 0.5 * before || step == kSteps) break;
+    before = error;
+    // In the unknown δ, with the rows divided by A R:  δ + F'δ / R = (t − R) / R.
+    const Eigen::ArrayXd weight = areas * reached;
+    const Eigen::ArrayXd inverse = (reached > 0).select(1 / reached.max(1e-300), 0.0);
+    Eigen::ArrayXd delta = Eigen::ArrayXd::Zero(n);
+    Eigen::ArrayXd r = missing * inverse;
+    Eigen::ArrayXd p = r;
+    double rr = (weight * r * r).sum();
+    const double enough = kInnerTolerance * kInnerTolerance * rr;
+    for (int k = 0; k < kInner && rr > enough; ++k) {
+      const Eigen::ArrayXd q = p + product(p) * inverse;
+      const double curvature = (weight * p * q).sum();
+      if (!(curvature > 0)) break;
+      delta += rr / curvature * p;
+      r -= rr / curvature * q;
+      const double next = (weight * r * r).sum();
+      p = r + next / rr * p;
+      rr = next;
     }
-    d = (reached > 0).select(d * (target / reached.max(1e-300)).sqrt(), d);
+    d *= delta.max(-1).min(1).exp();
   }
   const Eigen::ArrayXd cap = (reached > target).select(target / reached.max(1e-300), 1.0);
   for_each_row(n, [&](Index i) {
@@ -355,6 +380,7 @@ FormFactorMatrix assemble(const FormFactorMethod& method, const Visibility& visi
   facts.completed = computed.completed;
   if (method.reciprocal()) mirror(rows, areas);
   facts.rays = method.rays();
+  facts.pairs = method.pairs();
   if (!method.reciprocal() && facts.completed) {
     const std::vector<Index> lamps = lamps_of(mesh);
     if (!lamps.empty()) {
@@ -395,7 +421,7 @@ FormFactorMatrix assemble(const FormFactorMethod& method, const Visibility& visi
   facts.closed_rows = close && known_target;
   if (facts.closed_rows) {
     if (!method.reciprocal()) symmetrise(rows, t, areas);
-    scale_to_row_sums(rows, target);
+    scale_to_row_sums(rows, target, areas);
     t = transpose(rows);
     facts.after = measure(rows, t, target, areas);
   } else {

@@ -146,7 +146,7 @@ double PairFactors::visible_by_rays(Index i, Index j) const {
   return weights.all > 0 ? weights.seen / weights.all : 0;
 }
 
-bool PairFactors::approach(Index i, std::size_t group) const {
+std::uint64_t PairCounts::*PairFactors::approach(Index i, std::size_t group) const {
   const Polygon& p = polygons_[static_cast<std::size_t>(i)];
   const PatchGroup& g = groups_[group];
   const double height = p.normal.dot(p.centroid);
@@ -154,47 +154,74 @@ bool PairFactors::approach(Index i, std::size_t group) const {
                                    [&](const Vec3& c) { return p.normal.dot(c) > height; }) ||
                       std::none_of(p.corners.begin(), p.corners.end(),
                                    [&](const Vec3& c) { return g.normal.dot(c) > g.offset; });
-  if (behind || visibility_.covered(i)) return false;
-  return !occluders_ || occluders_->approach(i, p.corners, group, scratch) != Occluders::View::hidden;
+  if (behind || visibility_.covered(i)) return &PairCounts::behind;
+  if (occluders_ && occluders_->approach(i, p.corners, group, scratch) == Occluders::View::hidden)
+    return &PairCounts::hidden;
+  return nullptr;
 }
 
 double PairFactors::mutual_area(Index i, Index j) const {
-  return approach(i, group_of_[static_cast<std::size_t>(j)]) ? mutual_area_near(i, j) : 0;
+  PairCounts ignored;
+  return approach(i, group_of_[static_cast<std::size_t>(j)]) == nullptr ? mutual_area_near(i, j, ignored) : 0;
 }
 
-double PairFactors::mutual_area_near(Index i, Index j) const {
-  if (visibility_.covered(j)) return 0;
+double PairFactors::mutual_area_near(Index i, Index j, PairCounts& counts) const {
   if (j < i) std::swap(i, j);
   const Polygon& p = polygons_[static_cast<std::size_t>(i)];
   const Polygon& q = polygons_[static_cast<std::size_t>(j)];
   const Vec3 r = q.centroid - p.centroid;
-  if (p.normal.dot(r) < -q.radius || q.normal.dot(r) > p.radius) return 0;  // behind one another
-  bool p_visible = false;
-  bool q_visible = false;
-  const std::optional<Polygon> p_front = front_part(p, q, p_visible);
-  const std::optional<Polygon> q_front = front_part(q, p, q_visible);
-  if (!p_visible || !q_visible) return 0;
+  bool p_visible = p.normal.dot(r) >= -q.radius && q.normal.dot(r) <= p.radius && !visibility_.covered(i) &&
+                   !visibility_.covered(j);
+  bool q_visible = p_visible;
+  std::optional<Polygon> p_front, q_front;
+  if (p_visible) {
+    p_front = front_part(p, q, p_visible);
+    q_front = front_part(q, p, q_visible);
+  }
+  if (!p_visible || !q_visible) {
+    ++counts.behind;
+    return 0;
+  }
   const Polygon& p_seen = p_front ? *p_front : p;
   const Polygon& q_seen = q_front ? *q_front : q;
-  if (visibility_.convex()) return radiosity::mutual_area(p_seen, q_seen);
-  const bool exact =
-      occluders_ && convex_[static_cast<std::size_t>(i)] && convex_[static_cast<std::size_t>(j)];
-  if (!exact) {
-    const double fraction = visible_by_rays(i, j);
-    return fraction > 0 ? fraction * radiosity::mutual_area(p_seen, q_seen) : 0;
+  Occluders::View view = Occluders::View::crowded;
+  if (visibility_.convex()) {
+    view = Occluders::View::free;
+  } else if (occluders_ && convex_[static_cast<std::size_t>(i)] && convex_[static_cast<std::size_t>(j)]) {
+    view = occluders_->classify(i, p_seen.corners, j, q_seen.corners, scratch);
   }
-  switch (occluders_->classify(i, p_seen.corners, j, q_seen.corners, scratch)) {
+  switch (view) {
     case Occluders::View::hidden:
+      ++counts.hidden;
       return 0;
     case Occluders::View::free:
+      ++counts.free;
       return radiosity::mutual_area(p_seen, q_seen);
+    case Occluders::View::partial: {
+      ++counts.partial;
+      const double whole = radiosity::mutual_area(p_seen, q_seen);
+      return visible_by_shadows(p_seen, q_seen, whole) * whole;
+    }
     case Occluders::View::crowded:
-      return visible_by_rays(i, j) * radiosity::mutual_area(p_seen, q_seen);
-    case Occluders::View::partial:
       break;
   }
-  const double whole = radiosity::mutual_area(p_seen, q_seen);
-  return visible_by_shadows(p_seen, q_seen, whole) * whole;
+  ++counts.by_rays;
+  const double fraction = visible_by_rays(i, j);
+  return fraction > 0 ? fraction * radiosity::mutual_area(p_seen, q_seen) : 0;
+}
+
+void PairFactors::add(const PairCounts& counts) const {
+  const std::lock_guard lock(counting_);
+  counts_.behind += counts.behind;
+  counts_.hidden += counts.hidden;
+  counts_.free += counts.free;
+  counts_.partial += counts.partial;
+  counts_.by_rays += counts.by_rays;
+}
+
+PairCounts PairFactors::counts() const {
+  const std::lock_guard lock(counting_);
+  return counts_;
 }
 
 double PairFactors::visible_by_shadows(const Polygon& p, const Polygon& q, double mutual) const {

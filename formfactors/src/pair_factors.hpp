@@ -4,17 +4,18 @@
 #include <algorithm>
 #include <atomic>
 #include <cstdint>
+#include <mutex>
 #include <optional>
 #include <vector>
 
 #include "occluders.hpp"
 #include "polygon_factor.hpp"
-#include "radiosity/formfactors/visibility.hpp"
+#include "radiosity/formfactors/form_factor_method.hpp"
 
 namespace radiosity {
 
 /// Points per partly hidden pair of a lamp and another patch.
-inline constexpr Index kLampSamples = 16;
+inline constexpr Index kLampSamples = 4;
 
 /// Patches that emit, ascending; none where they are so many (one in 20, or 5·10⁷ pairs: half a minute and 400 MB) that
 /// pairs would cost more than sampled rows.
@@ -42,26 +43,35 @@ class PairFactors {
   /// Groups of patches that lie behind i, or are hidden from it by one polygon, are passed over whole.
   template <class F>
   void for_each_in_row(Index i, bool upper, F&& f) const {
+    PairCounts counts;
     for (std::size_t group = 0; group < groups_.size(); ++group) {
       const std::vector<Index>& patches = groups_[group].patches;
-      if ((upper && patches.back() <= i) || !approach(i, group)) continue;
-      for (auto j = upper ? std::upper_bound(patches.begin(), patches.end(), i) : patches.begin();
-           j != patches.end(); ++j) {
-        const double mutual = mutual_area_near(i, *j);
+      if (upper && patches.back() <= i) continue;
+      auto j = upper ? std::upper_bound(patches.begin(), patches.end(), i) : patches.begin();
+      if (std::uint64_t PairCounts::*const none = approach(i, group)) {
+        counts.*none += static_cast<std::uint64_t>(patches.end() - j);
+        continue;
+      }
+      for (; j != patches.end(); ++j) {
+        const double mutual = mutual_area_near(i, *j, counts);
         if (mutual > 0) f(*j, mutual);
       }
     }
+    add(counts);
   }
 
   Index samples() const { return samples_; }
   std::uint64_t rays() const { return rays_.load(std::memory_order_relaxed); }
+  PairCounts counts() const;  ///< of for_each_in_row
 
  private:
   struct Weights {
     double seen = 0, all = 0;
   };
-  bool approach(Index i, std::size_t group) const;  // false: i exchanges light with none of its patches
-  double mutual_area_near(Index i, Index j) const;
+  // Why i exchanges light with no patch of the group; null where it may.
+  std::uint64_t PairCounts::*approach(Index i, std::size_t group) const;
+  double mutual_area_near(Index i, Index j, PairCounts& counts) const;
+  void add(const PairCounts& counts) const;
   Weights sight_lines(Index i, Index j, Index first, Index last) const;
   double visible_by_rays(Index i, Index j) const;
   double visible_by_shadows(const Polygon& p, const Polygon& q, double mutual) const;
@@ -75,6 +85,8 @@ class PairFactors {
   std::vector<std::uint32_t> group_of_;
   std::optional<Occluders> occluders_;  // absent where rays are used
   mutable std::atomic<std::uint64_t> rays_{0};
+  mutable std::mutex counting_;
+  mutable PairCounts counts_;
 };
 
 }  // namespace radiosity

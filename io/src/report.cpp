@@ -49,7 +49,8 @@ Json to_json(const Report::Modelled& modelled) {
 Json to_json(const FormFactorQuality& quality) {
   return {{"closure_error_max", quality.closure_error_max},
           {"closure_error_mean", quality.closure_error_mean},
-          {"reciprocity_error_max", quality.reciprocity_error_max}};
+          {"reciprocity_error_max", quality.reciprocity_error_max},
+          {"reciprocity_error_mean", quality.reciprocity_error_mean}};
 }
 
 Json to_json(const Report::FormFactorFacts& facts) {
@@ -64,6 +65,12 @@ Json to_json(const Report::FormFactorFacts& facts) {
   json["closed_scene"] = assembly.closed_scene;
   json["closed_rows"] = assembly.closed_rows;
   json["blind_patches"] = assembly.blind_patches;
+  const PairCounts& pairs = assembly.pairs;
+  json["pairs"] = {{"behind", pairs.behind},
+                   {"hidden", pairs.hidden},
+                   {"free", pairs.free},
+                   {"partial", pairs.partial},
+                   {"by_rays", pairs.by_rays}};
   return json;
 }
 

@@ -78,7 +78,9 @@ bool is_convex(std::span<const Vec2> ring, double sine) {
   for (std::size_t k = 0, n = ring.size(); k < n; ++k) {
     const Vec2 in = ring[(k + 1) % n] - ring[k], out = ring[(k + 2) % n] - ring[(k + 1) % n];
     const double area = cross(in, out);
-    if (!(area > sine * in.norm() * out.norm())) return false;
+    const double product = in.norm() * out.norm();
+    const bool turns_back = in.dot(out) < 0 && area <= tolerance::kPlanarity * product;  // the tip of a spike
+    if (!(area > sine * product) || turns_back) return false;
     turning += std::atan2(area, in.dot(out));
   }
   return turning < 3 * std::numbers::pi;

@@ -220,10 +220,13 @@ TEST(Report, HasTheStableNamesInOrder) {
   EXPECT_THAT(names(json["modelled"]), ElementsAre("bands", "occlusion", "left_out"));
   EXPECT_THAT(names(json["form_factors"]),
               ElementsAre("method", "parameters", "storage", "nonzeros", "bytes", "rays", "closure_error_max",
-                          "closure_error_mean", "reciprocity_error_max", "escaped_mean", "before",
-                          "closed_scene", "closed_rows", "blind_patches"));
+                          "closure_error_mean", "reciprocity_error_max", "reciprocity_error_mean",
+                          "escaped_mean", "before", "closed_scene", "closed_rows", "blind_patches", "pairs"));
+  EXPECT_THAT(names(json["form_factors"]["pairs"]),
+              ElementsAre("behind", "hidden", "free", "partial", "by_rays"));
   EXPECT_THAT(names(json["form_factors"]["before"]),
-              ElementsAre("closure_error_max", "closure_error_mean", "reciprocity_error_max"));
+              ElementsAre("closure_error_max", "closure_error_mean", "reciprocity_error_max",
+                          "reciprocity_error_mean"));
   EXPECT_THAT(names(json["solver"]),
               ElementsAre("name", "iterations", "residual", "tolerance", "status", "message", "history"));
   EXPECT_THAT(names(json["energy"]), ElementsAre("emitted_w", "absorbed_w", "escaped_w", "imbalance"));

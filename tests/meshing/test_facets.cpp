@@ -149,6 +149,18 @@ TEST(Facets, AreTheSameFarFromTheOriginAndTurned) {
   }
 }
 
+TEST(Facets, AreNotFooledByPointsThatDifferByRounding) {
+  // A door 2.1 high: the panel beside it is cut in tenths of 3, and 7 · 0.3 is not 2.1.
+  const PatchMesh mesh = MeshBuilder()
+                             .grid({0, 0, 0}, Vec3::UnitX(), 3 * Vec3::UnitY(), 1, 10)
+                             .grid({1, 2.1, 0}, Vec3::UnitX(), 0.9 * Vec3::UnitY(), 1, 3)
+                             .grid({2, 0, 0}, Vec3::UnitX(), 3 * Vec3::UnitY(), 1, 10)
+                             .build();
+  const auto all = facets(mesh);
+  expect_cover(mesh, all);
+  EXPECT_GE(pieces(all), 3u);
+}
+
 TEST(Facets, LeavePatchesThatOverlapAsTheyAre) {
   const Vec3 x = Vec3::UnitX(), y = Vec3::UnitY();
   const PatchMesh mesh = MeshBuilder().grid({0, 0, 0}, x, y, 1, 1).grid({0, 0, 0}, 2 * x, y, 2, 1).build();

@@ -39,6 +39,7 @@ struct AssemblyReport {
   Index lamps = 0;          ///< patches whose factors were computed pair by pair instead of sampled
   Index blind_patches = 0;  ///< see no patch at all
   std::uint64_t rays = 0;
+  PairCounts pairs;  ///< of the method itself, lamps of sampled methods not included
   std::vector<std::string> warnings;
 };
 

@@ -20,6 +20,15 @@ struct FormFactorOptions {
   std::uint64_t seed = 1;  ///< of the streams of random numbers, one stream per patch
 };
 
+/// What a method that looks at pairs found out about them, each pair once or, where rows are asked for whole, twice.
+struct PairCounts {
+  std::uint64_t behind = 0;   ///< one lies behind the other, or is covered: skipped, mostly in groups
+  std::uint64_t hidden = 0;   ///< one polygon was proved to stand between them, mostly in groups
+  std::uint64_t free = 0;     ///< nothing can stand between them
+  std::uint64_t partial = 0;  ///< exact shadows measured what is seen
+  std::uint64_t by_rays = 0;  ///< shadow rays did
+};
+
 /// A way to compute form factors. One object serves one mesh; it keeps references to the mesh and the
 /// visibility it was made with. Methods only fill rows: threads, symmetry, closure, storage and their
 /// measurement are the duty of `assemble` and `RowsOnDemand`, which all methods share.
@@ -53,6 +62,9 @@ class FormFactorMethod {
 
   /// Rays cast so far.
   virtual std::uint64_t rays() const { return 0; }
+
+  /// Pairs looked at so far.
+  virtual PairCounts pairs() const { return {}; }
 };
 
 /// A row of the table of methods.
