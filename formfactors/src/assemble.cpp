@@ -218,13 +218,26 @@ Eigen::ArrayXd row_sums(const RowList& rows) {
   return sums;
 }
 
+// S ← D S D, and where that leaves row sums R_i above their targets
+//   S_ij ← S_ij min(s_i, s_j),   s_i = min(1, t_i / R_i).
+void scale(RowList& rows, const Eigen::ArrayXd& d, const Eigen::ArrayXd& reached,
+           const Eigen::ArrayXd& target) {
+  const Eigen::ArrayXd cap = (reached > target).select(target / reached.max(1e-300), 1.0);
+  for_each_row(static_cast<Index>(rows.size()), [&](Index i) {
+    Row& row = rows[at(i)];
+    for (std::size_t k = 0; k < row.columns.size(); ++k) {
+      const Index j = row.columns[k];
+      row.values[k] = stored(d[i] * static_cast<double>(row.values[k]) * d[j] * std::min(cap[i], cap[j]));
+    }
+  });
+}
+
 // S ← D S D with Σ_j S_ij = A_i t_i, D diagonal, by Newton's method in log D: with R_i the row sums of the scaled F,
 //   (diag(A R) + D S D) δ = A (t − R),   D ← D exp(δ),
 // where each step is solved by conjugate gradients preconditioned with diag(A R). (The symmetric Sinkhorn iteration
 // D_i ← D_i √(t_i / R_i) [Knight2008] takes 100 products where this takes 30.) Where patches that nearly only see each other do
-// not agree on what they exchange there is no such D: the iteration ends where it stops paying, and then
-//   S_ij ← S_ij min(s_i, s_j),   s_i = min(1, t_i / R_i),
-// leaves no row above its target.
+// not agree on what they exchange there is no such D: the iteration ends where it stops paying, and no row is left above its
+// target.
 void scale_to_row_sums(RowList& rows, const Eigen::ArrayXd& target, const Eigen::ArrayXd& areas) {
   constexpr int kSteps = 20;
   constexpr int kInner = 30;
@@ -272,14 +285,7 @@ void scale_to_row_sums(RowList& rows, const Eigen::ArrayXd& target, const Eigen:
     }
     d *= delta.max(-1).min(1).exp();
   }
-  const Eigen::ArrayXd cap = (reached > target).select(target / reached.max(1e-300), 1.0);
-  for_each_row(n, [&](Index i) {
-    Row& row = rows[at(i)];
-    for (std::size_t k = 0; k < row.columns.size(); ++k) {
-      const Index j = row.columns[k];
-      row.values[k] = stored(d[i] * static_cast<double>(row.values[k]) * d[j] * std::min(cap[i], cap[j]));
-    }
-  });
+  scale(rows, d, reached, target);
 }
 
 // t is the transpose of rows.
@@ -391,8 +397,12 @@ FormFactorMatrix assemble(const FormFactorMethod& method, const Visibility& visi
     }
   }
 
-  // What the rows should sum to.
+  // What the rows should sum to: in any scene, at most 1.
   Eigen::ArrayXd target = row_sums(rows);
+  if (options.close && (target > 1).any()) {
+    scale(rows, Eigen::ArrayXd::Ones(n), target, Eigen::ArrayXd::Ones(n));
+    target = row_sums(rows);
+  }
   std::vector<double> escaped = std::move(computed.escaped);
   const bool method_sees_escape = n > 0 && escaped[0] >= 0;
   const bool close = options.close && !method.exact() && facts.completed;

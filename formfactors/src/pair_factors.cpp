@@ -225,10 +225,13 @@ PairCounts PairFactors::counts() const {
 }
 
 double PairFactors::visible_by_shadows(const Polygon& p, const Polygon& q, double mutual) const {
-  const Polygon& from = p.area <= q.area ? p : q;
-  const Polygon& to = p.area <= q.area ? q : p;
+  // Of patches of one size the first, whatever rounding says.
+  const bool from_q = q.area < p.area * (1 - 1e-9);
+  const Polygon& from = from_q ? q : p;
+  const Polygon& to = from_q ? p : q;
   constexpr double kMostPerSide = 16;
-  const double share = mutual / from.area * static_cast<double>(polygons_.size());
+  constexpr std::size_t kFew = 256;
+  const double share = mutual / from.area * static_cast<double>(std::max(kFew, polygons_.size()));
   const int side =
       static_cast<int>(std::clamp(std::round(std::sqrt(samples_) * std::cbrt(share)), 1.0, kMostPerSide));
   double seen = 0;
