@@ -397,12 +397,8 @@ FormFactorMatrix assemble(const FormFactorMethod& method, const Visibility& visi
     }
   }
 
-  // What the rows should sum to: in any scene, at most 1.
+  // What the rows should sum to.
   Eigen::ArrayXd target = row_sums(rows);
-  if (options.close && (target > 1).any()) {
-    scale(rows, Eigen::ArrayXd::Ones(n), target, Eigen::ArrayXd::Ones(n));
-    target = row_sums(rows);
-  }
   std::vector<double> escaped = std::move(computed.escaped);
   const bool method_sees_escape = n > 0 && escaped[0] >= 0;
   const bool close = options.close && !method.exact() && facts.completed;
@@ -432,6 +428,12 @@ FormFactorMatrix assemble(const FormFactorMethod& method, const Visibility& visi
   if (facts.closed_rows) {
     if (!method.reciprocal()) symmetrise(rows, t, areas);
     scale_to_row_sums(rows, target, areas);
+    t = transpose(rows);
+    facts.after = measure(rows, t, target, areas);
+  } else if (options.close && (target > 1).any()) {  // at most 1, even where the right sum is not known
+    const Eigen::ArrayXd one = Eigen::ArrayXd::Ones(n);
+    scale(rows, one, target, one);
+    target = row_sums(rows);
     t = transpose(rows);
     facts.after = measure(rows, t, target, areas);
   } else {

@@ -229,14 +229,12 @@ double PairFactors::visible_by_shadows(const Polygon& p, const Polygon& q, doubl
   const bool from_q = q.area < p.area * (1 - 1e-9);
   const Polygon& from = from_q ? q : p;
   const Polygon& to = from_q ? p : q;
-  constexpr double kMostPerSide = 16;
   constexpr std::size_t kFew = 256;
   const double share = mutual / from.area * static_cast<double>(std::max(kFew, polygons_.size()));
-  const int side =
-      static_cast<int>(std::clamp(std::round(std::sqrt(samples_) * std::cbrt(share)), 1.0, kMostPerSide));
+  const double side = std::sqrt(samples_) * std::clamp(std::cbrt(share), 0.0, 4.0);
   double seen = 0;
   double all = 0;
-  for_each_point(from, side, [&](const Vec3& x, double weight) {
+  for_each_point(from, std::max(1, static_cast<int>(std::lround(side))), [&](const Vec3& x, double weight) {
     const double factor = point_factor(x, from.normal, to.corners);
     all += weight * factor;
     seen += weight * occluders_->visible_point_factor(x, from.normal, to.corners, factor, scratch);

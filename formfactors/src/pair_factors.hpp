@@ -27,7 +27,8 @@ std::vector<Index> lamps_of(const PatchMesh& mesh);
 ///   Σ_k w_k F(x_k → visible part of j) / Σ_k w_k F(x_k → j)
 /// over N points x_k of the smaller patch, each term exact. Its error goes like F/N, so the sum of squares over all pairs
 /// is least for a given work where
-///   N = samples · (n F)^(2/3),   F the larger of F_ij and F_ji without occlusion, n the number of patches, at least 256.
+///   N = samples · min(16, (n F)^(2/3)),   F the larger of F_ij and F_ji without occlusion, n the number of patches, at
+/// least 256.
 /// Where the scene has too many polygons, or a patch is not convex, shadow rays measure the fraction on stratified pairs of
 /// points, each weighted by its kernel k = cosθ cosθ' / r²:  Σ V k / Σ k.  They are `samples`, rounded up to a multiple of
 /// 16, and four times as many where the first find a pair partly hidden.
