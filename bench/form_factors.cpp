@@ -136,6 +136,41 @@ void run(const BenchScene& scene, const Reference& exact, const FormFactorMethod
   std::fflush(stdout);
 }
 
+/// Every scene at a few sizes, the smallest first.
+std::vector<std::vector<std::function<BenchScene()>>> scenes() {
+  const auto sizes = [](const auto& make, std::initializer_list<double> list) {
+    std::vector<std::function<BenchScene()>> out;
+    for (const double size : list) out.push_back([=] { return make(size); });
+    return out;
+  };
+  const auto whole = [](double n) { return static_cast<Index>(n); };
+  return {
+      sizes(
+          [=](double n) {
+            return grids("empty cube", [=](Index cut) { return test::cube_room(cut * whole(n)); });
+          },
+          {4, 16, 40}),
+      sizes([=](double n) { return cube_with_box("cube with box", whole(n), Vec3::Zero()); }, {4, 16, 32}),
+      sizes(
+          [=](double n) {
+            return cube_with_box("cube with box off centre", whole(n), Vec3(0.1, -0.07, -0.12));
+          },
+          {16}),
+      sizes(rooms, {2, 0.31, 0.09}),
+      sizes(
+          [=](double n) {
+            return grids("plates at a gap of 1e-3",
+                         [=](Index cut) { return test::opposed_squares(1e-3, cut * whole(n)); });
+          },
+          {7, 70}),
+  };
+}
+
+/// What a method at its default setting, or a finer one, may be asked for in a few minutes.
+Index most_patches(const FormFactorMethodInfo& info) {
+  return info.name == "hemisphere" ? 200'000 : 12'000;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -143,46 +178,39 @@ int main(int argc, char** argv) {
   Index rows = 48;
   bool smallest = false;
   std::string only, scene_name;
-  Index setting = 0;
-  double patch_size = 0.2;
+  std::vector<Index> settings;
+  double patch_size = 0;
   app.add_option("--rows", rows, "rows of F that are compared with the reference")->capture_default_str();
   app.add_option("--method", only, "only this method");
   app.add_option("--scene", scene_name, "only scenes whose name contains this");
-  app.add_option("--setting", setting, "only this setting, with rows restored");
-  app.add_option("--patch-size", patch_size, "of the furnished rooms, m")->capture_default_str();
+  app.add_option("--setting", settings, "only these settings, with rows restored");
+  app.add_option("--patch-size", patch_size, "the furnished rooms at this size alone, m");
   app.add_flag("--smallest", smallest, "only scenes of a few hundred patches");
   CLI11_PARSE(app, argc, argv);
 
-  const Index n = smallest ? 6 : 16;
-  const auto off = Vec3(0.1, -0.07, -0.12);
-  std::vector<std::function<BenchScene()>> scenes{
-      [&] { return grids("empty cube", [&](Index cut) { return test::cube_room(cut * n); }); },
-      [&] { return cube_with_box("cube with box", n, Vec3::Zero()); },
-      [&] { return cube_with_box("cube with box off centre", n, off); },
-      [&] { return rooms(smallest ? 2 : patch_size); },
-      [&] {
-        return grids("plates at a gap of 1e-3",
-                     [&](Index cut) { return test::opposed_squares(1e-3, cut * n); });
-      }};
-  if (!smallest)
-    scenes.insert(scenes.begin() + 3, [&] { return cube_with_box("cube with box", 2 * n, Vec3::Zero()); });
   fmt::print("| scene | method | s | MB | rays | row L1 | Frobenius | largest | expected L1 | closure |\n");
   fmt::print("|---|---|---|---|---|---|---|---|---|---|\n");
-  for (const auto& make : scenes) {
-    const BenchScene scene = make();
-    if (scene.name.find(scene_name) == std::string::npos) continue;
-    const Reference exact = reference(scene, rows);
-    for (const FormFactorMethodInfo& info : form_factor_methods()) {
-      if (!only.empty() && only != info.name) continue;
-      if (setting > 0) {
-        run(scene, exact, info, setting, true);
-        continue;
+  auto all = scenes();
+  if (patch_size > 0) all = {{[=] { return rooms(patch_size); }}};
+  for (auto& sizes : all) {
+    if (smallest) sizes.resize(1);
+    for (const auto& make : sizes) {
+      const BenchScene scene = make();
+      if (scene.name.find(scene_name) == std::string::npos) continue;
+      const Index n = scene.mesh.patch_count();
+      if (smallest && n > 1000) continue;
+      const Reference exact =
+          reference(scene, n > most_patches(find_form_factor_method("analytic")) ? rows / 4 : rows);
+      for (const FormFactorMethodInfo& info : form_factor_methods()) {
+        if ((!only.empty() && only != info.name) || n > most_patches(info)) continue;
+        for (const Index setting : settings) run(scene, exact, info, setting, true);
+        if (!settings.empty()) continue;
+        const Index finer =
+            info.default_setting * (info.setting == "resolution" ? 2 : 4);  // about 4 times the work
+        run(scene, exact, info, info.default_setting, true);
+        run(scene, exact, info, info.default_setting, false);
+        run(scene, exact, info, finer, true);
       }
-      const Index finer =
-          info.default_setting * (info.setting == "resolution" ? 2 : 4);  // about 4 times the work
-      run(scene, exact, info, info.default_setting, true);
-      run(scene, exact, info, info.default_setting, false);
-      run(scene, exact, info, finer, true);
     }
   }
   return 0;
