@@ -242,7 +242,7 @@ void scale_to_row_sums(RowList& rows, const Eigen::ArrayXd& target, const Eigen:
   constexpr int kSteps = 20;
   constexpr int kInner = 30;
   constexpr double kInnerTolerance = 1e-2;
-  constexpr double kEnough = 1e-7;  // single precision rounds row sums by about as much
+  constexpr double kEnough = 1e-6;  // what is left goes to the diagonal
   const auto n = static_cast<Index>(rows.size());
   Eigen::ArrayXd d = Eigen::ArrayXd::Ones(n);
   const auto product = [&](const Eigen::ArrayXd& x) {  // of the scaled F

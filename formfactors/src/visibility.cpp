@@ -12,7 +12,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "patch_locator.hpp"
+#include "radiosity/meshing/patch_locator.hpp"
 #include "radiosity/meshing/tolerances.hpp"
 
 namespace radiosity {

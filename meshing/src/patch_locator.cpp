@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "patch_locator.hpp"
+#include "radiosity/meshing/patch_locator.hpp"
 
 #include <algorithm>
 #include <cmath>
