@@ -278,6 +278,11 @@ class Parser {
                                     "Passes over all patches, or shots. Default: the solver's own"),
                 "N", whole<Index>(1, kMaxIndex))
         ->group(group);
+    command
+        ->add_flag_callback(
+            "--no-error-estimate", [this] { options_.estimate_error = false; },
+            "Do not solve three cheaper problems to tell how far the\nresult is off: about a third less time")
+        ->group(group);
   }
 
   void add_general(CLI::App* command) {

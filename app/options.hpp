@@ -30,6 +30,7 @@ struct Options {
   int threads = 0;      ///< 0: every core
   bool quiet = false;
   bool close = true;           ///< restore reciprocity and closure
+  bool estimate_error = true;  ///< solve cheaper problems too, to tell how far the result is off
   double memory_limit_gb = 0;  ///< of F, 1e9 bytes; 0: the memory of this machine
 
   struct View {

@@ -66,8 +66,8 @@ int run_solve(const Options& options) {
   }
   write_solution(
       options.output, mesh, solution,
-      {RADIOSITY_VERSION, options.command_line, solved.method, solved.solver, job.report.converged},
-      exposure);
+      {RADIOSITY_VERSION, options.command_line, solved.method, solved.solver, job.report.converged}, exposure,
+      solved.error ? &solved.error->per_patch : nullptr);
   outputs.written(options.output);
   outputs.finish();
   return job.report.converged ? kDone : kNotConverged;

@@ -55,6 +55,15 @@ std::size_t machine_memory() {
   return static_cast<std::size_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
 }
 
+AssemblyOptions assembly_options(const Options& options) {
+  AssemblyOptions assembly;
+  assembly.close = options.close;
+  assembly.memory_limit_bytes = options.memory_limit_gb > 0
+                                    ? static_cast<std::size_t>(1e9 * options.memory_limit_gb)
+                                    : machine_memory();
+  return assembly;
+}
+
 Solution nothing_exchanged(const PatchMesh& mesh, const RadiositySystem& system) {
   Solution solution;
   solution.radiosity = system.emission();
@@ -173,7 +182,7 @@ ChosenMethod method_stage(Job& job, const Visibility& visibility, const SceneSet
     modelled.left_out.emplace_back("occlusion: no patch can stand between two others, the room is convex");
   job.console.line("method", "{} ({} {}, seed {}){}", choice.name, info.setting, setting, options.seed,
                    choice.why.empty() ? "" : "; chosen: " + choice.why);
-  return {&info, info.make(visibility, options)};
+  return {&info, options, info.make(visibility, options)};
 }
 
 FormFactorMatrix form_factor_stage(Job& job, const FormFactorMethod& method, const Visibility& visibility) {
@@ -181,11 +190,7 @@ FormFactorMatrix form_factor_stage(Job& job, const FormFactorMethod& method, con
   job.stage.lap();
   FormFactorMatrix matrix = [&] {
     ProgressBar bar(job.console, "form factors");
-    AssemblyOptions options;
-    options.close = job.options.close;
-    options.memory_limit_bytes = job.options.memory_limit_gb > 0
-                                     ? static_cast<std::size_t>(1e9 * job.options.memory_limit_gb)
-                                     : machine_memory();
+    AssemblyOptions options = assembly_options(job.options);
     options.progress = [&](double fraction) { return bar(fraction); };
     return assemble(method, visibility, options, &facts.assembly);
   }();
@@ -232,6 +237,31 @@ FormFactorMatrix form_factor_stage(Job& job, const FormFactorMethod& method, con
   return matrix;
 }
 
+std::optional<ErrorEstimate> error_stage(Job& job, SolvedProblem problem) {
+  job.stage.lap();
+  std::optional<ErrorEstimate> error;
+  {
+    ProgressBar bar(job.console, "error estimate");
+    problem.assembly.progress = [&](double fraction) { return bar(fraction); };
+    error = estimate_error(problem);
+  }
+  job.report.seconds.error = job.stage.lap();
+  job.report.error = error;
+  if (!error) {
+    job.console.line("error", "interrupted before it was known");
+    return error;
+  }
+  const auto percent = [](double share) { return fmt::format("{:.2g} %", 100 * share); };
+  job.console.line("error", "about {} of the reflected light (rms): form factors {}, patches {}, solver {}",
+                   percent(error->total), percent(error->form_factors),
+                   error->patches
+                       ? fmt::format("{} (falls as size^{:.2g})", percent(*error->patches), *error->order)
+                       : "unknown",
+                   percent(error->solver));
+  for (const std::string& note : error->notes) job.console.line("", "{}", note);
+  return error;
+}
+
 Solved solve_stage(Job& job, const Scene& scene, const SceneSettings& settings, const Step& step) {
   const SolverInfo& info = find_solver(settings.solver.value_or(std::string(kDefaultSolver)));
   require_emission(scene, job.options.scene);
@@ -261,6 +291,7 @@ Solved solve_stage(Job& job, const Scene& scene, const SceneSettings& settings, 
   }
 
   const RadiositySystem system(*form_factors, patches.mesh);
+  const std::unique_ptr<Solver> solver = info.make();
   SolverOptions options;
   options.tolerance = settings.tolerance.value_or(options.tolerance);
   options.max_iterations = settings.max_iterations.value_or(0);
@@ -272,7 +303,7 @@ Solved solve_stage(Job& job, const Scene& scene, const SceneSettings& settings, 
       if (step) step(iteration, radiosity);
       return bar(solved_fraction(residual, options.tolerance));
     };
-    return solve(*info.make(), system, patches.mesh, options);
+    return solve(*solver, system, patches.mesh, options);
   };
   Solution solution = run();
   job.report.seconds.solve = job.stage.lap();
@@ -288,9 +319,19 @@ Solved solve_stage(Job& job, const Scene& scene, const SceneSettings& settings, 
     job.report.energy = solution.energy;
     print_energy(job.console, solution.energy);
   }
+  std::optional<ErrorEstimate> error;
+  if (facts.assembly.completed && job.report.converged && job.options.estimate_error) {
+    if (stored) {
+      form_factors.reset();  // the estimate needs the memory
+      error = error_stage(job, {merged, patches, visibility, *chosen.info, chosen.options,
+                                assembly_options(job.options), *solver, options, solution});
+    } else {
+      job.console.line("error", "not estimated: that takes factors that are stored");
+    }
+  }
   std::string method_name = facts.method;
-  return {std::move(patches), std::move(solution), std::move(method_name), std::string(info.name),
-          !info.needs_stored_rows};
+  return {std::move(patches),     std::move(solution),    std::move(error),
+          std::move(method_name), std::string(info.name), !info.needs_stored_rows};
 }
 
 Outputs::~Outputs() {
@@ -318,6 +359,7 @@ void Outputs::finish() {
                                       {"mesh", s.mesh},
                                       {"form factors", s.form_factors},
                                       {"solve", s.solve},
+                                      {"error estimate", s.error},
                                       {"write", s.write}})
     if (seconds > 0) parts.push_back(fmt::format("{} {}", name, seconds_text(seconds)));
   job_.console.line("time", "{} ({}); at most {} of memory", seconds_text(s.total), fmt::join(parts, ", "),

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "radiosity/io/read_scene.hpp"
 #include "radiosity/io/report.hpp"
 #include "radiosity/meshing/make_patches.hpp"
+#include "radiosity/solver/error_estimate.hpp"
 #include "radiosity/solver/solution.hpp"
 #include "terminal.hpp"
 
@@ -43,6 +45,7 @@ MethodChoice choose_method(const Visibility& visibility);
 
 struct ChosenMethod {
   const FormFactorMethodInfo* info;
+  FormFactorOptions options;
   std::unique_ptr<FormFactorMethod> method;
 };
 ChosenMethod method_stage(Job& job, const Visibility& visibility, const SceneSettings& settings);
@@ -53,6 +56,7 @@ FormFactorMatrix form_factor_stage(Job& job, const FormFactorMethod& method, con
 struct Solved {
   Patches patches;
   Solution solution;
+  std::optional<ErrorEstimate> error;
   std::string method, solver;
   bool shooting = false;
 };

@@ -22,10 +22,12 @@ struct Item {
   Index patch;
 };
 
-std::vector<Item> convex_items(const PatchMesh& mesh) {
+std::vector<Item> convex_items(const Visibility& visibility) {
+  const PatchMesh& mesh = visibility.mesh();
   std::vector<Item> items;
   items.reserve(static_cast<std::size_t>(mesh.patch_count()));
   for (Index i = 0; i < mesh.patch_count(); ++i) {
+    if (visibility.covered(i)) continue;
     const auto c = mesh.corners(i);
     bool whole = c.size() == 4;  // a planar convex quad is drawn in one piece
     for (std::size_t k = 0; whole && k < 4; ++k) {
@@ -107,7 +109,7 @@ Hemicube::Hemicube(const Visibility& visibility, const FormFactorOptions& option
     : visibility_(visibility),
       seed_(options.seed),
       resolution_(options.resolution + options.resolution % 2),  // side faces are half as high
-      items_(convex_items(visibility.mesh())) {
+      items_(convex_items(visibility)) {
   const int r = resolution_;
   faces_ = {{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, r, -1},
              {{0, 1, 0}, {0, 0, 1}, {1, 0, 0}, r / 2, 0},
@@ -284,6 +286,10 @@ void Hemicube::rows(Index first, Index last, bool, const Sink& sink) const {
   std::vector<Index> columns;
   std::vector<double> values;
   for (Index i = first; i < last; ++i) {
+    if (visibility_.covered(i)) {
+      sink(i, {}, {}, 1);
+      continue;
+    }
     RandomStream random(seed_, static_cast<std::uint64_t>(i));
     const Sample2 shift{random.uniform(), random.uniform()};
     const Vec3& n = mesh.normal(i);

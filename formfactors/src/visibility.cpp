@@ -5,6 +5,7 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -249,15 +250,23 @@ Visibility::Visibility(const PatchMesh& mesh)
 
   covered_.assign(static_cast<std::size_t>(mesh.patch_count()), 0);
   if (convex_) return;
-  const double solid = inside_a_room(facets_, centre_) ? 0.25 : -0.75;
+  // Winding numbers before patches that a polygon lies against. Only closed surfaces have whole ones; where any is not, the
+  // scene is open and nothing can be told.
+  constexpr double kWhole = 0.02;
+  std::vector<double> winding(covered_.size(), std::numeric_limits<double>::quiet_NaN());
   tbb::parallel_for(Index{0}, mesh.patch_count(), [&](Index i) {
     const auto k = static_cast<std::size_t>(i);
     const auto& corner = mesh.triangles(i)[0];
     const Vec3 inside = (mesh.vertex(corner[0]) + mesh.vertex(corner[1]) + mesh.vertex(corner[2])) / 3;
-    if (!impl_->faced(impl_->planes[k], scaled(inside).cast<float>())) return;
-    covered_[k] =
-        winding_number(facets_, inside + tolerance::kContact * mesh.diagonal() * mesh.normal(i)) < solid;
+    if (impl_->faced(impl_->planes[k], scaled(inside).cast<float>()))
+      winding[k] = winding_number(facets_, inside + tolerance::kContact * mesh.diagonal() * mesh.normal(i));
   });
+  if (std::any_of(winding.begin(), winding.end(),
+                  [](double w) { return std::abs(w - std::round(w)) > kWhole; }))
+    return;
+  const double matter = inside_a_room(facets_, centre_) ? 0 : -1;
+  std::transform(winding.begin(), winding.end(), covered_.begin(),
+                 [&](double w) { return static_cast<std::uint8_t>(w < matter + 0.5); });
 }
 
 Visibility::~Visibility() = default;

@@ -105,9 +105,19 @@ Json to_json(const EnergyBalance& energy) {
           {"imbalance", numbers(energy.imbalance)}};
 }
 
+Json to_json(const ErrorEstimate& error) {
+  Json json = {{"form_factors", error.form_factors}};
+  if (error.patches) json["patches"] = *error.patches;
+  json.update({{"solver", error.solver}, {"total", error.total}, {"largest", error.largest}});
+  if (error.order) json["order"] = *error.order;
+  json["notes"] = error.notes;
+  return json;
+}
+
 Json to_json(const Report::Seconds& seconds) {
   return {{"read", seconds.read},   {"mesh", seconds.mesh},   {"form_factors", seconds.form_factors},
-          {"solve", seconds.solve}, {"write", seconds.write}, {"total", seconds.total}};
+          {"solve", seconds.solve}, {"error", seconds.error}, {"write", seconds.write},
+          {"total", seconds.total}};
 }
 
 }  // namespace
@@ -122,6 +132,7 @@ void write_report(const std::filesystem::path& file, const Report& report) {
   add("form_factors", report.form_factors);
   add("solver", report.solver);
   add("energy", report.energy);
+  add("error", report.error);
   json["seconds"] = to_json(report.seconds);
   json["peak_memory_bytes"] = report.peak_memory_bytes;
   // File names need not be UTF-8; numbers that are not finite become null.

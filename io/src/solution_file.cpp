@@ -198,7 +198,7 @@ class SolutionReader {
 }  // namespace
 
 void write_solution(const fs::path& file, const PatchMesh& mesh, const Solution& solution,
-                    const Provenance& provenance, double exposure) {
+                    const Provenance& provenance, double exposure, const BandArray* radiosity_error) {
   require_shape(solution.radiosity, mesh.patch_count(), mesh.bands(), "radiosity");
   require_shape(solution.irradiance, mesh.patch_count(), mesh.bands(), "irradiance");
   require_shape(solution.vertex_radiosity, mesh.vertex_count(), mesh.bands(), "vertex radiosity");
@@ -209,6 +209,10 @@ void write_solution(const fs::path& file, const PatchMesh& mesh, const Solution&
   add_doubles(cells, "emission", mesh.emission());
   add_doubles(cells, "reflectance", mesh.reflectance());
   add_doubles(cells, "area", mesh.areas());
+  if (radiosity_error != nullptr) {
+    require_shape(*radiosity_error, mesh.patch_count(), mesh.bands(), "radiosity error");
+    add_doubles(cells, "radiosity_error", *radiosity_error);
+  }
   add_doubles(data->GetPointData(), "radiosity", solution.vertex_radiosity);
   add_display_rgb(*data, solution.vertex_radiosity, exposure);
   auto* const fields = data->GetFieldData();

@@ -136,6 +136,15 @@ TEST_P(Bounds, AFurnishedRoomIsClosed) {
   EXPECT_EQ(report.blind_patches, covered);
 }
 
+TEST(Covered, AreNotTheTwoSidesOfAWall) {
+  // In the open, in a room, and a wall without thickness between two rooms.
+  for (const PatchMesh& mesh : {opposed_squares_with_screen(2, 3), opposed_squares_with_screen(2, 0.5, 3),
+                                two_rooms(2), room_with_triangle_soup(2, 5, 1)}) {
+    const Visibility visibility(mesh);
+    for (Index i = 0; i < mesh.patch_count(); ++i) EXPECT_FALSE(visibility.covered(i)) << "patch " << i;
+  }
+}
+
 /// Furnished rooms with their factors right to some 1e-4.
 class SampledRows : public testing::Test {
  protected:

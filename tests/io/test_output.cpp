@@ -230,7 +230,8 @@ TEST(Report, HasTheStableNamesInOrder) {
   EXPECT_THAT(names(json["solver"]),
               ElementsAre("name", "iterations", "residual", "tolerance", "status", "message", "history"));
   EXPECT_THAT(names(json["energy"]), ElementsAre("emitted_w", "absorbed_w", "escaped_w", "imbalance"));
-  EXPECT_THAT(names(json["seconds"]), ElementsAre("read", "mesh", "form_factors", "solve", "write", "total"));
+  EXPECT_THAT(names(json["seconds"]),
+              ElementsAre("read", "mesh", "form_factors", "solve", "error", "write", "total"));
 }
 
 TEST(Report, HoldsTheValues) {

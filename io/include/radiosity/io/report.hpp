@@ -10,6 +10,7 @@
 
 #include "radiosity/formfactors/assemble.hpp"
 #include "radiosity/meshing/make_patches.hpp"
+#include "radiosity/solver/error_estimate.hpp"
 #include "radiosity/solver/solution.hpp"
 
 namespace radiosity {
@@ -52,9 +53,10 @@ struct Report {
   };
   std::optional<SolverFacts> solver;
   std::optional<EnergyBalance> energy;
+  std::optional<ErrorEstimate> error;
 
   struct Seconds {
-    double read = 0, mesh = 0, form_factors = 0, solve = 0, write = 0, total = 0;
+    double read = 0, mesh = 0, form_factors = 0, solve = 0, error = 0, write = 0, total = 0;
   } seconds;
   std::uint64_t peak_memory_bytes = 0;
 };

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "radiosity/formfactors/assemble.hpp"
+#include "radiosity/meshing/make_patches.hpp"
+#include "radiosity/solver/solution.hpp"
+
+namespace radiosity {
+
+/// How far B is from the radiosities of the scene, averaged over each patch. Parts and total are relative to the light that was
+/// reflected, √(Σ A_i e_i² / Σ A_i (B_i − E_i)²), in the band where that is largest: what the lamps emit is no result.
+struct ErrorEstimate {
+  double form_factors = 0;        ///< noise and visibility of F
+  std::optional<double> patches;  ///< B is constant on each patch; absent where no coarser mesh tells
+  double solver = 0;              ///< what the residual leaves
+  double total = 0;               ///< √(sum of squares)
+  double largest =
+      0;  ///< largest error of a patch over what it reflects, of those that reflect 1 % of the mean or more
+  std::optional<double> order;     ///< p, measured: the error of the patches falls as size^p
+  BandArray per_patch;             ///< n × bands, W/m²
+  std::vector<std::string> notes;  ///< what could not be estimated, and why
+};
+
+/// What was solved, and how: enough to solve it again with other settings.
+struct SolvedProblem {
+  const Scene& scene;
+  const Patches& patches;
+  const Visibility& visibility;
+  const FormFactorMethodInfo& method;
+  FormFactorOptions form_factor_options;
+  AssemblyOptions assembly;  ///< its progress may stop the estimate too
+  const Solver& solver;
+  SolverOptions solver_options;
+  const Solution& solution;
+};
+
+/// Estimates the error of a solution by solving three cheaper problems:
+///
+/// Form factors: the same mesh with fewer samples. Where the method samples, the two are independent; if the cheaper one has r
+/// times the variance, the rms of the difference D is √(1 + r) times the error of the better one. Where it is
+/// deterministic and its error falls as 1/N with the number of points, D is N/N' − 1 times that error. Methods that are exact
+/// have none.
+///
+/// Patches: meshes of two and four times the patch size h, compared with B averaged over their patches. With an error C h^p
+///   E₂ = C h^p (2^p − 1),  E₄ = C h^p (4^p − 1)  ⇒  2^p = E₄/E₂ − 1  (Richardson, the order measured and kept within [1, 2]),
+/// after the noise that the form factors bring into E₂ and E₄ has been taken off. The error of B is then E₂ / (2^p − 1).
+///
+/// Solver: the residual, a share of the power emitted, is amplified at most as much as that power is: the relative error
+/// of the total radiosity is the residual.
+/// Nothing where the progress function asked to stop.
+std::optional<ErrorEstimate> estimate_error(const SolvedProblem& problem);
+
+/// Values on the patches of `fine`, averaged by area over the patches of `coarse` at the same place of the same face; patches
+/// that nothing of it falls into get not-a-number.
+/// `parent` receives, for each fine patch, the coarse one that its centroid lies in.
+BandArray restrict_to(const PatchMesh& coarse, const PatchMesh& fine, const BandArray& values,
+                      std::vector<Index>* parent = nullptr);
+
+}  // namespace radiosity

@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "radiosity/solver/error_estimate.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <unordered_map>
+
+#include "radiosity/meshing/patch_locator.hpp"
+
+namespace radiosity {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+struct Stopped {};
+
+BandArray solve_on(const SolvedProblem& problem, const PatchMesh& mesh, const Visibility& visibility,
+                   const FormFactorOptions& options) {
+  const auto method = problem.method.make(visibility, options);
+  AssemblyReport report;
+  const FormFactorMatrix f = assemble(*method, visibility, problem.assembly, &report);
+  if (!report.completed) throw Stopped{};
+  SolverOptions solver = problem.solver_options;
+  solver.step = {};
+  return problem.solver.solve(RadiositySystem(f, mesh), solver).radiosity;
+}
+
+// A cheaper setting of the method, and what the difference in B is to be divided by.
+struct Cheaper {
+  FormFactorOptions options;
+  double divisor;
+};
+
+Cheaper cheaper(const SolvedProblem& problem) {
+  Cheaper out{problem.form_factor_options, 1};
+  const bool samples = problem.method.setting == "samples";
+  Index& setting = samples ? out.options.samples : out.options.resolution;
+  if (setting == 0) setting = problem.method.default_setting;
+  if (problem.method.make(problem.visibility, out.options)->reciprocal()) {  // pairs: the error falls as 1/N
+    out.options.samples = std::max<Index>(1, setting / 4);
+    out.divisor = static_cast<double>(setting) / static_cast<double>(out.options.samples) - 1;
+    if (!(out.divisor > 0)) out.divisor = 1;
+    return out;
+  }
+  ++out.options.seed;
+  if (!samples) return {out.options, std::sqrt(2.0)};  // other points and another turn, equally many
+  const Index fewer = std::max<Index>(16, setting / 4);
+  out.divisor = std::sqrt(1 + static_cast<double>(setting) / static_cast<double>(fewer));
+  out.options.samples = fewer;
+  return out;
+}
+
+// Σ A_i e_i² / Σ A_i (B_i − E_i)² per band; rows that are not a number are left out of both.
+Eigen::ArrayXd mean_square(const PatchMesh& mesh, const BandArray& error, const BandArray& reflected) {
+  Eigen::ArrayXd above = Eigen::ArrayXd::Zero(error.cols());
+  Eigen::ArrayXd below = above;
+  for (Index i = 0; i < mesh.patch_count(); ++i) {
+    if (error.row(i).isNaN().any()) continue;
+    above += mesh.area(i) * error.row(i).square().transpose();
+    below += mesh.area(i) * reflected.row(i).square().transpose();
+  }
+  return (below > 0).select(above / below, 0.0);
+}
+
+// Root mean square over a patch and those that share a vertex with it: one difference is a poor estimate of a deviation.
+BandArray smooth(const PatchMesh& mesh, const BandArray& error) {
+  BandArray out(error.rows(), error.cols());
+  std::vector<Index> round;
+  for (Index i = 0; i < mesh.patch_count(); ++i) {
+    round.assign(1, i);
+    for (const Index v : mesh.corners(i)) {
+      const auto patches = mesh.vertex_patches(v);
+      round.insert(round.end(), patches.begin(), patches.end());
+    }
+    std::sort(round.begin(), round.end());
+    round.erase(std::unique(round.begin(), round.end()), round.end());
+    Eigen::Array<double, 1, Eigen::Dynamic> sum = Eigen::Array<double, 1, Eigen::Dynamic>::Zero(error.cols());
+    for (const Index j : round) sum += error.row(j).square();
+    out.row(i) = (sum / static_cast<double>(round.size())).sqrt();
+  }
+  return out;
+}
+
+struct PatchError {
+  Eigen::ArrayXd relative_square;  // per band
+  double order;
+  BandArray per_patch;
+};
+
+// Absent, with a note, where the meshes do not tell.
+std::optional<PatchError> patch_error(const SolvedProblem& problem, const Eigen::ArrayXd& noise,
+                                      std::vector<std::string>& notes) {
+  const PatchMesh& mesh = problem.patches.mesh;
+  const BandArray& radiosity = problem.solution.radiosity;
+  if (!(problem.patches.patch_size > 0)) {
+    notes.emplace_back(
+        "error of the patches: the faces were kept as they are, so there is no coarser mesh to compare with");
+    return std::nullopt;
+  }
+  std::array<Eigen::ArrayXd, 2> square;
+  BandArray half;  // e at 2h, on the patches of this mesh
+  for (std::size_t level = 0; level < 2; ++level) {
+    const double factor = level == 0 ? 2 : 4;
+    const Patches coarse = make_patches(problem.scene, PatchSize{factor * problem.patches.patch_size});
+    if (level == 0 && coarse.mesh.patch_count() > 0.7 * mesh.patch_count()) {
+      notes.push_back(fmt::format(
+          "error of the patches: twice their size still gives {} of {} patches, too many to tell the order",
+          coarse.mesh.patch_count(), mesh.patch_count()));
+      return std::nullopt;
+    }
+    const Visibility visibility(coarse.mesh);
+    const BandArray b = solve_on(problem, coarse.mesh, visibility, problem.form_factor_options);
+    std::vector<Index> parent;
+    const BandArray difference = b - restrict_to(coarse.mesh, mesh, radiosity, &parent);
+    const Eigen::ArrayXd raw = mean_square(coarse.mesh, difference, b - coarse.mesh.emission());
+    // The mean over factor² patches has that much less noise; the coarse solution has its own.
+    square[level] = (raw - noise * (1 + 1 / (factor * factor))).max(0.04 * raw);
+    if (level > 0) continue;
+    half = BandArray::Zero(mesh.patch_count(), radiosity.cols());
+    for (Index i = 0; i < mesh.patch_count(); ++i) {
+      const auto p = parent[static_cast<std::size_t>(i)];
+      if (p >= 0 && !difference.row(p).isNaN().any()) half.row(i) = difference.row(p).abs();
+    }
+  }
+  // One order for all bands, from that with the largest error.
+  Eigen::Index band = 0;
+  square[0].maxCoeff(&band);
+  const double ratio = square[0][band] > 0 ? std::sqrt(square[1][band] / square[0][band]) : 0;
+  const double gain = std::clamp(ratio - 1, 2.0, 4.0);  // 2^p
+  return PatchError{square[0] / ((gain - 1) * (gain - 1)), std::log2(gain), half / (gain - 1)};
+}
+
+}  // namespace
+
+BandArray restrict_to(const PatchMesh& coarse, const PatchMesh& fine, const BandArray& values,
+                      std::vector<Index>* parent) {
+  struct Place {
+    Facet::Piece plane;
+    PatchLocator locator;
+  };
+  const std::vector<Facet> all = facets(coarse);
+  std::vector<Place> places;
+  std::unordered_map<Index, std::vector<std::size_t>> of_surface;
+  places.reserve(all.size());
+  for (const Facet& facet : all) {
+    places.push_back({facet.pieces[0], PatchLocator(coarse, facet)});
+    for (const Index i : facet.patches) {
+      auto& list = of_surface[coarse.surface(i)];
+      if (list.empty() || list.back() != places.size() - 1) list.push_back(places.size() - 1);
+    }
+  }
+  // Borders of the two meshes need not coincide: each triangle is spread over the centroids of its 16 quarters of quarters.
+  constexpr int kSide = 4;
+  BandArray sums = BandArray::Zero(coarse.patch_count(), values.cols());
+  Eigen::ArrayXd areas = Eigen::ArrayXd::Zero(coarse.patch_count());
+  if (parent != nullptr) parent->assign(static_cast<std::size_t>(fine.patch_count()), -1);
+  for (Index i = 0; i < fine.patch_count(); ++i) {
+    const auto found = of_surface.find(fine.surface(i));
+    if (found == of_surface.end()) continue;
+    // The planes of one face: its two sides, and the triangles of a face that is not planar.
+    const Place* best = nullptr;
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const std::size_t p : found->second) {
+      const Facet::Piece& plane = places[p].plane;
+      if (plane.normal.dot(fine.normal(i)) < 0.9) continue;
+      const double height = std::abs(plane.normal.dot(fine.centroid(i) - plane.corners[0]));
+      if (height >= nearest) continue;
+      nearest = height;
+      best = &places[p];
+    }
+    if (best == nullptr) continue;
+    const auto place = [&](const Vec3& x) { return best->locator.at(best->locator.flat(x)); };
+    if (parent != nullptr) (*parent)[static_cast<std::size_t>(i)] = place(fine.centroid(i));
+    for (const auto& t : fine.triangles(i)) {
+      const Vec3& corner = fine.vertex(t[0]);
+      const Vec3 e1 = (fine.vertex(t[1]) - corner) / kSide;
+      const Vec3 e2 = (fine.vertex(t[2]) - corner) / kSide;
+      const double share = e1.cross(e2).norm() / 2;
+      const auto add = [&](double u, double v) {
+        const Index j = place(corner + u * e1 + v * e2);
+        sums.row(j) += share * values.row(i);
+        areas[j] += share;
+      };
+      for (int a = 0; a < kSide; ++a) {
+        for (int b = 0; a + b < kSide; ++b) {
+          add(a + 1.0 / 3, b + 1.0 / 3);
+          if (a + b + 1 < kSide) add(a + 2.0 / 3, b + 2.0 / 3);
+        }
+      }
+    }
+  }
+  for (Index j = 0; j < coarse.patch_count(); ++j) sums.row(j) /= areas[j] > 0 ? areas[j] : kNan;
+  return sums;
+}
+
+std::optional<ErrorEstimate> estimate_error(const SolvedProblem& problem) try {
+  const PatchMesh& mesh = problem.patches.mesh;
+  const BandArray& radiosity = problem.solution.radiosity;
+  ErrorEstimate out;
+  out.solver = problem.solution.report.residual;
+
+  BandArray noise = BandArray::Zero(radiosity.rows(), radiosity.cols());
+  const auto method = problem.method.make(problem.visibility, problem.form_factor_options);
+  if (!method->exact()) {
+    const Cheaper other = cheaper(problem);
+    noise = (solve_on(problem, mesh, problem.visibility, other.options) - radiosity) / other.divisor;
+  }
+  const BandArray reflected = radiosity - mesh.emission();
+  const Eigen::ArrayXd noise_square = mean_square(mesh, noise, reflected);
+  out.form_factors = std::sqrt(noise_square.maxCoeff());
+
+  Eigen::ArrayXd square = noise_square + out.solver * out.solver;
+  out.per_patch = smooth(mesh, noise).square() + (out.solver * reflected).square();
+  if (const auto patches = patch_error(problem, noise_square, out.notes)) {
+    out.patches = std::sqrt(patches->relative_square.maxCoeff());
+    out.order = patches->order;
+    square += patches->relative_square;
+    out.per_patch += patches->per_patch.square();
+  }
+  out.per_patch = out.per_patch.sqrt();
+  out.total = std::sqrt(square.maxCoeff());
+  for (Index b = 0; b < radiosity.cols(); ++b) {
+    const double mean = (mesh.areas() * reflected.col(b)).sum() / mesh.areas().sum();
+    if (!(mean > 0)) continue;
+    const Eigen::ArrayXd relative =
+        (reflected.col(b) >= 0.01 * mean).select(out.per_patch.col(b) / reflected.col(b).max(1e-300), 0.0);
+    out.largest = std::max(out.largest, relative.maxCoeff());
+  }
+  return out;
+} catch (const Stopped&) {
+  return std::nullopt;
+}
+
+}  // namespace radiosity
