@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "radiosity/solver/error_estimate.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "support/scenes.hpp"
+
+namespace radiosity::test {
+namespace {
+
+/// A unit cube whose ceiling emits 1 W/m², with the reflectances of floor, ceiling and walls.
+Scene lit_cube(double floor, double ceiling, double walls) {
+  Scene::Arrays arrays;
+  arrays.materials = {grey("floor", floor, 0), grey("ceiling", ceiling, 1), grey("walls", walls, 0)};
+  for (Index c = 0; c < 8; ++c) arrays.vertices.emplace_back(c & 1, c >> 1 & 1, c >> 2 & 1);
+  const std::array<std::array<Index, 4>, 6> faces{
+      {{0, 1, 3, 2}, {4, 6, 7, 5}, {0, 2, 6, 4}, {1, 5, 7, 3}, {0, 4, 5, 1}, {2, 3, 7, 6}}};
+  for (std::size_t f = 0; f < 6; ++f)
+    arrays.add_face(faces[f], static_cast<Index>(std::min<std::size_t>(f, 2)));
+  return Scene(std::move(arrays));
+}
+
+struct Estimated {
+  ErrorEstimate estimate;
+  Patches patches;
+  BandArray radiosity;
+};
+
+Estimated run(const Scene& scene, const PatchOptions& patch_options, std::string_view method,
+              FormFactorOptions options) {
+  Patches patches = make_patches(scene, patch_options);
+  const Visibility visibility(patches.mesh);
+  const FormFactorMethodInfo& info = find_form_factor_method(method);
+  const FormFactorMatrix f = assemble(*info.make(visibility, options), visibility);
+  const auto solver = find_solver("conjugate-gradient").make();
+  const RadiositySystem system(f, patches.mesh);
+  const Solution solution = solve(*solver, system, patches.mesh);
+  const auto estimate = estimate_error(
+      {scene, patches, visibility, info, options, AssemblyOptions{}, *solver, SolverOptions{}, solution});
+  return {estimate.value(), std::move(patches), solution.radiosity};
+}
+
+/// √(Σ A e² / Σ A (B − E)²) of one band against values on a finer mesh.
+double true_error(const Estimated& of, const PatchMesh& finer, const BandArray& radiosity) {
+  const PatchMesh& mesh = of.patches.mesh;
+  const BandArray exact = restrict_to(mesh, finer, radiosity);
+  const Eigen::ArrayXd error = (of.radiosity - exact).col(0), reflected = (exact - mesh.emission()).col(0);
+  return std::sqrt((mesh.areas() * error.square()).sum() / (mesh.areas() * reflected.square()).sum());
+}
+
+TEST(ErrorEstimate, BracketsTheTrueErrorOfCubes) {
+  // The reference: exact factors on patches of 1/16, whose own error is about a third of that of patches of 1/8.
+  for (const Scene& scene : {lit_cube(0.2, 0.7, 0.5), lit_cube(0.9, 0.1, 0.8)}) {
+    const Estimated reference = run(scene, PatchSize{1.0 / 16}, "analytic", {});
+    for (const double size : {0.25, 0.125})
+      for (const Index samples : {0, 64, 1024}) {
+        const Estimated coarse =
+            run(scene, PatchSize{size}, samples == 0 ? "analytic" : "hemisphere", {.samples = samples});
+        const double truth = true_error(coarse, reference.patches.mesh, reference.radiosity);
+        EXPECT_LT(truth, 2 * coarse.estimate.total) << size << ", " << samples;
+        EXPECT_GT(truth, coarse.estimate.total / 10) << size << ", " << samples;
+      }
+  }
+}
+
+TEST(ErrorEstimate, FindsNoErrorOfFormFactorsThatAreExact) {
+  const Estimated exact = run(lit_cube(0.5, 0.5, 0.5), PatchSize{0.25}, "analytic", {});
+  EXPECT_EQ(exact.estimate.form_factors, 0);
+  ASSERT_TRUE(exact.estimate.patches.has_value());
+  EXPECT_GE(exact.estimate.order.value(), 1);
+  EXPECT_LE(exact.estimate.order.value(), 2);
+  EXPECT_EQ(exact.estimate.per_patch.rows(), exact.patches.mesh.patch_count());
+}
+
+TEST(ErrorEstimate, SaysSoWhereThereIsNoCoarserMesh) {
+  const Estimated kept = run(lit_cube(0.5, 0.5, 0.5), KeepFaces{}, "analytic", {});
+  EXPECT_FALSE(kept.estimate.patches.has_value());
+  EXPECT_EQ(kept.estimate.notes.size(), 1u);
+}
+
+TEST(ErrorEstimate, StopsWhenAskedTo) {
+  const Scene scene = lit_cube(0.5, 0.5, 0.5);
+  const Patches patches = make_patches(scene, PatchSize{0.25});
+  const Visibility visibility(patches.mesh);
+  const FormFactorMethodInfo& info = find_form_factor_method("hemisphere");
+  const FormFactorMatrix f = assemble(*info.make(visibility), visibility);
+  const auto solver = find_solver("conjugate-gradient").make();
+  const Solution solution = solve(*solver, RadiositySystem(f, patches.mesh), patches.mesh);
+  AssemblyOptions stopping;
+  stopping.progress = [](double) { return false; };
+  EXPECT_FALSE(
+      estimate_error({scene, patches, visibility, info, {}, stopping, *solver, SolverOptions{}, solution}));
+}
+
+TEST(RestrictTo, KeepsLinearFieldsOnNestedAndUnnestedGrids) {
+  // Means of x + 2y over patches are its values at their centroids.
+  const Scene scene = lit_cube(0.5, 0.5, 0.5);
+  const PatchMesh coarse = make_patches(scene, PatchSize{1.0 / 3}).mesh;
+  for (const double size : {1.0 / 6, 1.0 / 7}) {
+    const PatchMesh fine = make_patches(scene, PatchSize{size}).mesh;
+    const auto field = [](const PatchMesh& mesh) {
+      BandArray values(mesh.patch_count(), 1);
+      for (Index i = 0; i < mesh.patch_count(); ++i) values(i, 0) = mesh.centroid(i).dot(Vec3(1, 2, 0));
+      return values;
+    };
+    const BandArray restricted = restrict_to(coarse, fine, field(fine));
+    // Patches that straddle a border are split over sixteenths of triangles.
+    const double allowed = size == 1.0 / 6 ? 1e-12 : 0.03;
+    EXPECT_LT((restricted - field(coarse)).abs().maxCoeff(), allowed);
+  }
+}
+
+}  // namespace
+}  // namespace radiosity::test
