@@ -41,8 +41,8 @@ class Occluders {
 
   enum class View { free, hidden, partial, crowded };
 
-  /// The same question for patch i (with these corners) and all patches of a group at once: free, hidden, or partial, and
-  /// then what may stand between is left in scratch.near.
+  /// Whether patch i (with these corners) sees all, nothing or part of a whole group of patches: free, hidden, or partial,
+  /// and then what may stand between is left in scratch.near.
   View approach(Index i, std::span<const Vec3> p, std::size_t group, Scratch& scratch) const;
 
   /// Proves that nothing of scratch.near stands between p (part of patch i) and q (part of patch j), or that one polygon
@@ -65,8 +65,8 @@ class Occluders {
   };
   /// Bits of the polygons, words_ for each patch or group.
   struct Sides {
-    std::vector<std::uint64_t> front,
-        back;                           ///< the polygon has all of it on its front side, on its back side
+    std::vector<std::uint64_t> front;   ///< the polygon has all of it on its front side
+    std::vector<std::uint64_t> back;    ///< … on its back side
     std::vector<std::uint64_t> facing;  ///< something of the polygon is in front of it
   };
 

@@ -226,7 +226,7 @@ PairCounts PairFactors::counts() const {
 
 double PairFactors::visible_by_shadows(const Polygon& p, const Polygon& q, double mutual) const {
   // Of patches of one size the first, whatever rounding says.
-  const bool from_q = q.area < p.area * (1 - 1e-9);
+  const bool from_q = q.area < p.area * (1 - tolerance::kSameArea);
   const Polygon& from = from_q ? q : p;
   const Polygon& to = from_q ? p : q;
   constexpr std::size_t kFew = 256;

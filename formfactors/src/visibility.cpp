@@ -252,7 +252,6 @@ Visibility::Visibility(const PatchMesh& mesh)
   if (convex_) return;
   // Winding numbers before patches that a polygon lies against. Only closed surfaces have whole ones; where any is not, the
   // scene is open and nothing can be told.
-  constexpr double kWhole = 0.02;
   std::vector<double> winding(covered_.size(), std::numeric_limits<double>::quiet_NaN());
   tbb::parallel_for(Index{0}, mesh.patch_count(), [&](Index i) {
     const auto k = static_cast<std::size_t>(i);
@@ -262,7 +261,7 @@ Visibility::Visibility(const PatchMesh& mesh)
       winding[k] = winding_number(facets_, inside + tolerance::kContact * mesh.diagonal() * mesh.normal(i));
   });
   if (std::any_of(winding.begin(), winding.end(),
-                  [](double w) { return std::abs(w - std::round(w)) > kWhole; }))
+                  [](double w) { return std::abs(w - std::round(w)) > tolerance::kWholeWinding; }))
     return;
   const double matter = inside_a_room(facets_, centre_) ? 0 : -1;
   std::transform(winding.begin(), winding.end(), covered_.begin(),

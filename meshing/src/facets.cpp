@@ -7,6 +7,7 @@
 #include <numeric>
 #include <unordered_map>
 
+#include "disjoint_sets.hpp"
 #include "planar_mesh.hpp"
 #include "polygon.hpp"
 #include "radiosity/meshing/tolerances.hpp"
@@ -16,31 +17,15 @@ namespace {
 
 using Loop = std::vector<Index>;
 
-// One number per position, the same for vertices at the same bits.
-std::vector<Index> positions(const PatchMesh& mesh) {
-  std::vector<Index> order(mesh.vertices().size());
-  std::iota(order.begin(), order.end(), 0);
-  const auto key = [&](Index v) {
-    const Vec3& x = mesh.vertex(v);
-    return std::array{x.x(), x.y(), x.z()};
-  };
-  std::sort(order.begin(), order.end(), [&](Index a, Index b) { return key(a) < key(b); });
-  std::vector<Index> position(order.size());
-  for (std::size_t k = 0; k < order.size(); ++k) {
-    const bool same = k > 0 && key(order[k]) == key(order[k - 1]);
-    position[at(order[k])] = same ? position[at(order[k - 1])] : order[k];
-  }
-  return position;
-}
-
 class Finder {
  public:
   explicit Finder(const PatchMesh& mesh)
       : mesh_(mesh),
-        position_(positions(mesh)),
+        position_(first_equal(mesh.vertices())),
         rounding_(tolerance::kDegenerateHeight *
                   std::max(mesh.lower().cwiseAbs().maxCoeff(), mesh.upper().cwiseAbs().maxCoeff())),
-        slack_(tolerance::kCoplanar * mesh.diagonal() + rounding_) {}
+        slack_(tolerance::kCoplanar * mesh.diagonal() + rounding_),
+        joined_(at(mesh.patch_count())) {}
 
   std::vector<Facet> find() {
     join();
@@ -48,7 +33,7 @@ class Finder {
     std::unordered_map<Index, std::size_t> number;
     std::vector<std::vector<Index>> groups;
     for (Index i = 0; i < n; ++i) {
-      const auto [found, fresh] = number.try_emplace(root(i), groups.size());
+      const auto [found, fresh] = number.try_emplace(joined_.root(i), groups.size());
       if (fresh) groups.emplace_back();
       groups[found->second].push_back(i);
     }
@@ -74,11 +59,6 @@ class Finder {
     bool inner = false;
   };
 
-  Index root(Index i) {
-    while (parent_[at(i)] != i) i = parent_[at(i)] = parent_[at(parent_[at(i)])];
-    return i;
-  }
-
   bool reaches_out(Index patch, Index of) const {
     for (const Index v : mesh_.corners(patch))
       if (std::abs(mesh_.normal(of).dot(mesh_.vertex(v) - mesh_.centroid(of))) > slack_) return true;
@@ -90,8 +70,6 @@ class Finder {
   }
 
   void join() {
-    parent_.resize(at(mesh_.patch_count()));
-    std::iota(parent_.begin(), parent_.end(), 0);
     for (Index i = 0; i < mesh_.patch_count(); ++i) {
       const auto c = mesh_.corners(i);
       side_start_.push_back(sides_.size());
@@ -115,8 +93,7 @@ class Finder {
               !coplanar(a.patch, b.patch))
             continue;
           a.inner = b.inner = true;
-          const Index ra = root(a.patch), rb = root(b.patch);
-          parent_[at(std::max(ra, rb))] = std::min(ra, rb);
+          joined_.unite(a.patch, b.patch);
         }
       }
     }
@@ -297,7 +274,7 @@ class Finder {
   double rounding_, slack_;  // m
   std::vector<Side> sides_;
   std::vector<std::size_t> side_start_;
-  std::vector<Index> parent_;
+  DisjointSets joined_;
 };
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "contacts.hpp"
+#include "disjoint_sets.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/meshing/tolerances.hpp"
 #include "subdivide.hpp"
@@ -32,16 +33,7 @@ Pieces whole_faces(const Surface& surface) {
 /// For each corner of each piece, the first corner that shares its vertex. Pieces share the vertices of an
 /// edge when the surface is smooth over it.
 std::vector<Index> shared_corners(const Pieces& pieces, const Surface& surface) {
-  std::vector<Index> parent(pieces.corners.size());
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&](Index c) {
-    while (parent[at(c)] != c) c = parent[at(c)] = parent[at(parent[at(c)])];
-    return c;
-  };
-  const auto unite = [&](Index a, Index b) {
-    const Index ra = root(a), rb = root(b);
-    parent[at(std::max(ra, rb))] = std::min(ra, rb);
-  };
+  DisjointSets same(pieces.corners.size());
   struct Side {
     std::uint64_t key;
     Index piece, corner, next;  ///< the edge runs from corner to next
@@ -76,11 +68,12 @@ std::vector<Index> shared_corners(const Pieces& pieces, const Surface& surface) 
         normals[at(a.piece)].dot(normals[at(b.piece)]) < tolerance::kSmoothCosine ||
         pieces.creases.contains(a.key))
       continue;
-    unite(a.corner, b.next);
-    unite(a.next, b.corner);
+    same.unite(a.corner, b.next);
+    same.unite(a.next, b.corner);
   }
-  for (std::size_t c = 0; c < parent.size(); ++c) parent[c] = root(static_cast<Index>(c));
-  return parent;
+  std::vector<Index> first(pieces.corners.size());
+  for (std::size_t c = 0; c < first.size(); ++c) first[c] = same.root(static_cast<Index>(c));
+  return first;
 }
 
 Index count_with_backs(const Pieces& pieces, const Surface& surface, const Scene& scene) {

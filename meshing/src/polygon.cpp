@@ -1,13 +1,31 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "polygon.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "planar_mesh.hpp"
 #include "radiosity/meshing/tolerances.hpp"
 
-namespace radiosity::polygon {
+namespace radiosity {
+
+std::vector<Index> first_equal(std::span<const Vec3> points) {
+  std::vector<Index> order(points.size()), first(points.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) {
+    const Vec3 &p = points[at(a)], &q = points[at(b)];
+    return std::lexicographical_compare(p.begin(), p.end(), q.begin(), q.end());
+  });
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const bool equal = k > 0 && points[at(order[k])] == points[at(order[k - 1])];
+    first[at(order[k])] = equal ? first[at(order[k - 1])] : order[k];
+  }
+  return first;
+}
+
+namespace polygon {
 
 Vec3 area_vector(std::span<const Vec3> points, std::span<const Index> corners) {
   const Vec3& first = points[at(corners[0])];
@@ -144,4 +162,5 @@ std::vector<std::array<Index, 3>> triangles(std::span<const Vec3> points, std::s
   return mesh_polygon(ring, edges).triangles;
 }
 
-}  // namespace radiosity::polygon
+}  // namespace polygon
+}  // namespace radiosity

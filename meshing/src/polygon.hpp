@@ -29,6 +29,9 @@ inline std::uint64_t edge_key(Index a, Index b) {
   return (static_cast<std::uint64_t>(low) << 32) | static_cast<std::uint64_t>(high);
 }
 
+/// For each point the first one at the same position (0 and −0 are the same).
+std::vector<Index> first_equal(std::span<const Vec3> points);
+
 namespace polygon {
 
 /// Half the Newell vector, ½ Σ (v_k − v_0) × (v_{k+1} − v_0).

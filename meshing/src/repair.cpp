@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <numeric>
 #include <unordered_map>
 
 #include "radiosity/meshing/error.hpp"
@@ -31,23 +30,6 @@ std::string name_faces(const std::vector<Index>& faces) {
 }
 
 namespace {
-
-/// For each vertex the first one at the same position (0 and −0 are the same).
-std::vector<Index> first_equal(const std::vector<Vec3>& vertices, Index& merged) {
-  std::vector<Index> order(vertices.size()), first(vertices.size());
-  std::iota(order.begin(), order.end(), 0);
-  const auto compare = [&](Index a, Index b) {
-    const Vec3 &p = vertices[at(a)], &q = vertices[at(b)];
-    return std::lexicographical_compare(p.begin(), p.end(), q.begin(), q.end());
-  };
-  std::stable_sort(order.begin(), order.end(), compare);
-  for (std::size_t k = 0; k < order.size(); ++k) {
-    const bool equal = k > 0 && vertices[at(order[k])] == vertices[at(order[k - 1])];
-    first[at(order[k])] = equal ? first[at(order[k - 1])] : order[k];
-    merged += equal ? 1 : 0;
-  }
-  return first;
-}
 
 /// The least of all rotations of the loop.
 std::vector<Index> canonical(std::span<const Index> loop) {
@@ -159,7 +141,8 @@ void orient(Surface& surface, Repairs& repairs, std::vector<std::string>& warnin
 }  // namespace
 
 Surface repair(const Scene& scene, Repairs& repairs, std::vector<std::string>& warnings) {
-  const std::vector<Index> first = first_equal(scene.vertices(), repairs.merged_vertices);
+  const std::vector<Index> first = first_equal(scene.vertices());
+  for (std::size_t v = 0; v < first.size(); ++v) repairs.merged_vertices += at(first[v]) == v ? 0 : 1;
   Surface surface;
   surface.points = scene.vertices();
   std::vector<Index> degenerate, duplicate, other_material, loop;

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
+#include "disjoint_sets.hpp"
 #include "planar_mesh.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/meshing/tolerances.hpp"
@@ -36,22 +36,13 @@ Subdivision::Subdivision(const Surface& surface, const Contacts& contacts) : poi
     while (line != contacts.lines.end() && line->polygon == p) ++line;
     add_polygon(surface, contacts, p, {first, line});
   }
-  same_count_.resize(edges_.size());
-  std::iota(same_count_.begin(), same_count_.end(), 0);
+  DisjointSets same(edges_.size());
   for (const Polygon& polygon : polygons_) {
     if (!polygon.grid) continue;
-    for (std::size_t k = 0; k < 2; ++k) {
-      const Index a = opposite_root(uses_[polygon.first + k].edge);
-      const Index b = opposite_root(uses_[polygon.first + k + 2].edge);
-      same_count_[at(std::max(a, b))] = std::min(a, b);
-    }
+    for (std::size_t k = 0; k < 2; ++k)
+      same.unite(uses_[polygon.first + k].edge, uses_[polygon.first + k + 2].edge);
   }
-  for (std::size_t e = 0; e < edges_.size(); ++e) same_count_[e] = opposite_root(static_cast<Index>(e));
-}
-
-Index Subdivision::opposite_root(Index edge) const {
-  while (same_count_[at(edge)] != edge) edge = same_count_[at(edge)];
-  return edge;
+  for (std::size_t e = 0; e < edges_.size(); ++e) same_count_.push_back(same.root(static_cast<Index>(e)));
 }
 
 Subdivision::Use Subdivision::use(Index from, Index to, bool crease) {

@@ -47,7 +47,6 @@ class Subdivision {
   void add_polygon(const Surface& surface, const Contacts& contacts, Index polygon,
                    std::span<const Contacts::Line> lines);
   Use use(Index from, Index to, bool crease);
-  Index opposite_root(Index edge) const;
   void add_grid(const Polygon& polygon, const Division& division, Pieces& pieces) const;
   void add_triangle(const Polygon& polygon, const Division& division, Pieces& pieces) const;
   void add_mesh(const Polygon& polygon, const Division& division, double size, Pieces& pieces) const;
@@ -57,7 +56,7 @@ class Subdivision {
   std::unordered_map<std::uint64_t, Index> edge_numbers_;
   std::vector<Use> uses_;
   std::vector<Polygon> polygons_;
-  std::vector<Index> same_count_;  ///< union-find over edges that are opposite in a grid
+  std::vector<Index> same_count_;  ///< per edge: the first of those that are opposite in grids
 };
 
 }  // namespace radiosity

@@ -34,12 +34,12 @@ struct Cheaper {
   double divisor;
 };
 
-Cheaper cheaper(const SolvedProblem& problem) {
+Cheaper cheaper(const SolvedProblem& problem, const FormFactorMethod& method) {
   Cheaper out{problem.form_factor_options, 1};
   const bool samples = problem.method.setting == "samples";
   Index& setting = samples ? out.options.samples : out.options.resolution;
   if (setting == 0) setting = problem.method.default_setting;
-  if (problem.method.make(problem.visibility, out.options)->reciprocal()) {  // pairs: the error falls as 1/N
+  if (method.reciprocal()) {  // pairs: the error falls as 1/N
     out.options.samples = std::max<Index>(1, setting / 4);
     out.divisor = static_cast<double>(setting) / static_cast<double>(out.options.samples) - 1;
     if (!(out.divisor > 0)) out.divisor = 1;
@@ -205,7 +205,7 @@ std::optional<ErrorEstimate> estimate_error(const SolvedProblem& problem) try {
   BandArray noise = BandArray::Zero(radiosity.rows(), radiosity.cols());
   const auto method = problem.method.make(problem.visibility, problem.form_factor_options);
   if (!method->exact()) {
-    const Cheaper other = cheaper(problem);
+    const Cheaper other = cheaper(problem, *method);
     noise = (solve_on(problem, mesh, problem.visibility, other.options) - radiosity) / other.divisor;
   }
   const BandArray reflected = radiosity - mesh.emission();

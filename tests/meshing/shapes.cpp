@@ -79,6 +79,11 @@ std::vector<Vec3> rectangle(double x0, double y0, double x1, double y1, double z
   return {{x0, y0, z}, {x1, y0, z}, {x1, y1, z}, {x0, y1, z}};
 }
 
+std::vector<Vec3> wall_round_a_window() {
+  return {{0, 0, 0}, {3, 0, 0}, {3, 3, 0}, {0, 3, 0}, {0, 0, 0},
+          {1, 1, 0}, {1, 2, 0}, {2, 2, 0}, {2, 1, 0}, {1, 1, 0}};
+}
+
 Scene icosphere(int rounds, double radius) {
   const double g = std::numbers::phi;
   Scene::Arrays arrays;

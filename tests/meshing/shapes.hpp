@@ -33,6 +33,9 @@ struct Shape {
 /// A rectangle in the plane z = 0, front up.
 std::vector<Vec3> rectangle(double x0, double y0, double x1, double y1, double z = 0);
 
+/// [0, 3]² with the hole [1, 2]², front up: a keyhole polygon, which walks its bridge from (0, 0) to (1, 1) both ways.
+std::vector<Vec3> wall_round_a_window();
+
 /// A sphere of triangles: the icosahedron, each triangle split into 4 `rounds` times. Front outward.
 Scene icosphere(int rounds, double radius = 1);
 

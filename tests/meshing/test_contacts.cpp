@@ -200,18 +200,7 @@ TEST(Contacts, BoxesSideBySideShareTheirFootprints) {
 
 TEST(Contacts, AnHoleInAWallFilledByAWindowStaysClosed) {
   // A keyhole wall with a pane of its own vertices in the hole: common edges only, nothing to cut.
-  const Shape shape = Shape()
-                          .face({{0, 0, 0},
-                                 {3, 0, 0},
-                                 {3, 3, 0},
-                                 {0, 3, 0},
-                                 {0, 0, 0},
-                                 {1, 1, 0},
-                                 {1, 2, 0},
-                                 {2, 2, 0},
-                                 {2, 1, 0},
-                                 {1, 1, 0}})
-                          .face(rectangle(1, 1, 2, 2));
+  const Shape shape = Shape().face(wall_round_a_window()).face(rectangle(1, 1, 2, 2));
   const Patches patches = make_patches(shape.scene(), PatchSize{0.3});
   EXPECT_EQ(patches.repairs.cut_faces, 0);
   EXPECT_EQ(t_vertices(patches.mesh), 0);

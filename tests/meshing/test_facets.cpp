@@ -3,9 +3,10 @@
 
 #include <gtest/gtest.h>
 
-#include <numeric>
+#include <algorithm>
 
 #include "radiosity/meshing/make_patches.hpp"
+#include "shapes.hpp"
 #include "support/scenes.hpp"
 
 namespace radiosity::test {
@@ -47,16 +48,8 @@ void expect_cover(const PatchMesh& mesh, const std::vector<Facet>& all) {
   EXPECT_EQ(std::count(seen.begin(), seen.end(), 1), mesh.patch_count());
 }
 
-Scene one_face(const std::vector<Vec3>& corners, Sides sides = Sides::front) {
-  Scene::Arrays arrays;
-  arrays.vertices = corners;
-  Material material = grey("wall", 0.5, 1);
-  material.sides = sides;
-  arrays.materials = {material};
-  std::vector<Index> face(corners.size());
-  std::iota(face.begin(), face.end(), 0);
-  arrays.add_face(face, 0);
-  return Scene(std::move(arrays));
+Scene one_face(std::vector<Vec3> corners, Sides sides = Sides::front) {
+  return Shape().face(std::move(corners)).scene({radiosity::grey("wall", sides)});
 }
 
 TEST(Facets, OfACubeAreItsSixSidesHoweverFinelyCut) {
@@ -112,17 +105,7 @@ TEST(Facets, CutAnLIntoFewConvexPieces) {
 }
 
 TEST(Facets, CutAWallRoundItsWindow) {
-  // A keyhole polygon: the bridge from (0,0) to (1,1) is walked both ways.
-  const Scene scene = one_face({{0, 0, 0},
-                                {3, 0, 0},
-                                {3, 3, 0},
-                                {0, 3, 0},
-                                {0, 0, 0},
-                                {1, 1, 0},
-                                {1, 2, 0},
-                                {2, 2, 0},
-                                {2, 1, 0},
-                                {1, 1, 0}});
+  const Scene scene = one_face(wall_round_a_window());
   for (const double size : {10.0, 0.2}) {
     const PatchMesh mesh = make_patches(scene, PatchSize{size}).mesh;
     const auto all = facets(mesh);

@@ -27,9 +27,6 @@ std::vector<Vec3> regular_polygon(int n, double radius = 1) {
 }
 
 const std::vector<Vec3> kL{{0, 0, 0}, {2, 0, 0}, {2, 1, 0}, {1, 1, 0}, {1, 2, 0}, {0, 2, 0}};
-/// [0, 3]² without [1, 2]², bridge from (0, 0) to (1, 1).
-const std::vector<Vec3> kKeyhole{{0, 0, 0}, {3, 0, 0}, {3, 3, 0}, {0, 3, 0}, {0, 0, 0},
-                                 {1, 1, 0}, {1, 2, 0}, {2, 2, 0}, {2, 1, 0}, {1, 1, 0}};
 
 std::size_t places(const PatchMesh& mesh) {
   std::set<std::array<double, 3>> found;
@@ -64,8 +61,9 @@ TEST(MakePatches, SizesThatDivideAnEdgeExactlyDoNotGiveOnePieceMore) {
 
 TEST(MakePatches, CountsDoNotChangeWithPlaceAndScale) {
   const Shape shape = Shape(unit_cube())
-                          .append(Shape().face(kL).face(kKeyhole).mapped(
-                              [](const Vec3& x) { return Vec3(x + Vec3(5, 0, 0)); }))
+                          .append(Shape().face(kL).face(wall_round_a_window()).mapped([](const Vec3& x) {
+                            return Vec3(x + Vec3(5, 0, 0));
+                          }))
                           .box({0.25, 0.25, 1}, {0.5, 0.5, 1.5});
   const Index expected = make_patches(shape.scene(), PatchSize{0.1}).mesh.patch_count();
   const auto count = [&](const Vec3& shift, double scale) {
@@ -117,7 +115,7 @@ TEST(MakePatches, NonConvexAndKeyholePolygonsAreCoveredExactly) {
       EXPECT_FALSE(l.centroid(p).x() > 1 && l.centroid(p).y() > 1);
       EXPECT_EQ(l.normal(p), Vec3(0, 0, 1));
     }
-    const Patches keyhole = make_patches(Shape().face(kKeyhole).scene(), PatchSize{size});
+    const Patches keyhole = make_patches(Shape().face(wall_round_a_window()).scene(), PatchSize{size});
     EXPECT_NEAR(total_area(keyhole.mesh), 8, 1e-12);
     EXPECT_EQ(keyhole.repairs.triangulated_faces, 1);
     for (Index p = 0; p < keyhole.mesh.patch_count(); ++p)
@@ -129,7 +127,7 @@ TEST(MakePatches, NonConvexAndKeyholePolygonsAreCoveredExactly) {
 }
 
 TEST(MakePatches, TheBridgeOfAKeyholeIsNoCrease) {
-  const PatchMesh mesh = make_patches(Shape().face(kKeyhole).scene(), PatchSize{0.2}).mesh;
+  const PatchMesh mesh = make_patches(Shape().face(wall_round_a_window()).scene(), PatchSize{0.2}).mesh;
   // One ring: every place is one vertex.
   EXPECT_EQ(places(mesh), static_cast<std::size_t>(mesh.vertex_count()));
 }
@@ -144,7 +142,9 @@ TEST(MakePatches, TrianglesOfAFloorAreWellShaped) {
     }
   for (const double size : {0.5, 0.31, 0.2, 0.1, 0.05}) {
     EXPECT_GT(smallest_angle_deg(make_patches(Shape().face(kL).scene(), PatchSize{size}).mesh), 20) << size;
-    EXPECT_GT(smallest_angle_deg(make_patches(Shape().face(kKeyhole).scene(), PatchSize{size}).mesh), 20)
+    EXPECT_GT(
+        smallest_angle_deg(make_patches(Shape().face(wall_round_a_window()).scene(), PatchSize{size}).mesh),
+        20)
         << size;
   }
 }
@@ -176,7 +176,7 @@ TEST(MakePatches, SinglePrecisionCoordinatesStayPlanar) {
 TEST(MakePatches, KeepFacesKeepsEveryFaceInOrder) {
   const Shape shape =
       Shape(unit_cube())
-          .face(kKeyhole)
+          .face(wall_round_a_window())
           .append(Shape().face(kL).mapped([](const Vec3& x) { return Vec3(x + Vec3(0, 0, 9)); }))
           .face({{5, 0, 0}, {6, 0, 0}, {6, 1, 0.5}, {5, 1, 0}});
   const Patches patches = make_patches(shape.scene(), KeepFaces{});

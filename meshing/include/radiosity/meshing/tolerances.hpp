@@ -57,6 +57,13 @@ inline constexpr double kParallel = 1e-8;
 /// A corner lies on another polygon's plane when its height is below kOnPlane · (distance + sizes): some hundred roundings.
 inline constexpr double kOnPlane = 1e-13;
 
+/// Patches are of one size when their areas differ by less than this share: rounding must not choose between them.
+inline constexpr double kSameArea = 1e-9;
+
+/// A winding number is whole when it is this near to an integer: of closed surfaces it is one but for rounding, and an opening
+/// that takes 2 % of the sphere shows.
+inline constexpr double kWholeWinding = 0.02;
+
 /// Pairs further apart than kFarPair · (sum of their radii) take product quadrature of degree 5: for squares in any
 /// position its relative error there is 3e-6 at worst and 3e-7 rms, and falls with the sixth power of the distance. The
 /// contour form, exact but for rounding, costs ten times as much.
