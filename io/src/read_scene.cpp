@@ -82,7 +82,10 @@ class SceneBuilder {
         else if (!set && from_mesh.size() > 1)
           bands_.add(from_mesh.size(), settings_.mesh.string(), object);
       };
-      add("reflectance", own && own->reflectance ? &*own->reflectance : nullptr, material.reflectance);
+      if (own && own->absorptance)
+        add("absorptance", &*own->absorptance, {});
+      else
+        add("reflectance", own && own->reflectance ? &*own->reflectance : nullptr, material.reflectance);
       if (own && own->power)
         add("power", &*own->power, {});
       else
@@ -104,6 +107,10 @@ class SceneBuilder {
     material.reflectance = spread(own && own->reflectance ? own->reflectance->values
                                   : defined               ? source.reflectance
                                                           : own_default);
+    if (own && own->absorptance) {
+      material.absorptance = spread(own->absorptance->values);
+      material.reflectance = 1 - material.absorptance;
+    }
     if (own && own->power)
       material.emission = spread(own_default);
     else
@@ -167,7 +174,7 @@ LoadedScene read_scene(const fs::path& file, MissingMaterials missing) {
   Scene scene = SceneBuilder(file, std::move(scene_file), std::move(mesh), missing).build();
   for (const Material& material : scene.materials())
     for (Eigen::Index b = 0; b < material.reflectance.size(); ++b)
-      if (material.reflectance[b] == 1)
+      if (absorptance(material)[b] == 0)
         warnings.push_back(
             fmt::format("material '{}': reflectance is 1 in band {}: the surface absorbs nothing there",
                         material.name, b));

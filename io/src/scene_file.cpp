@@ -159,13 +159,17 @@ bool positive(double value) {
 constexpr std::string_view kPositive = "positive and finite";
 
 MaterialSetting read_material(const Section& section, const std::string& name) {
-  section.allow_only({"reflectance", "emission", "power", "sides"});
+  section.allow_only({"reflectance", "absorptance", "emission", "power", "sides"});
   const std::string owner = fmt::format("material '{}'", name);
   const auto not_negative = [](double value) { return value >= 0 && std::isfinite(value); };
   MaterialSetting material;
   material.line = section.line();
-  material.reflectance = section.bands("reflectance", owner, "outside [0, 1]",
-                                       [](double value) { return value >= 0 && value <= 1; });
+  const auto share = [](double value) { return value >= 0 && value <= 1; };
+  material.reflectance = section.bands("reflectance", owner, "outside [0, 1]", share);
+  material.absorptance = section.bands("absorptance", owner, "outside [0, 1]", share);
+  if (material.reflectance && material.absorptance)
+    section.fail(std::max(material.reflectance->line, material.absorptance->line),
+                 fmt::format("{}: reflectance and absorptance (1 − reflectance) exclude each other", owner));
   material.emission = section.bands("emission", owner, "negative or not finite (W/m²)", not_negative);
   material.power = section.bands("power", owner, "negative or not finite (W)", not_negative);
   if (material.emission && material.power)

@@ -20,7 +20,8 @@ struct BandSetting {
 /// [materials.NAME]
 struct MaterialSetting {
   int line = 0;
-  std::optional<BandSetting> reflectance, emission, power;  ///< power in W, over the material's area
+  std::optional<BandSetting> reflectance, absorptance;  ///< at most one of the two
+  std::optional<BandSetting> emission, power;           ///< the same; power in W, over the material's area
   std::optional<Sides> sides;
 };
 

@@ -7,9 +7,9 @@
 #include <numeric>
 #include <unordered_map>
 
-#include "disjoint_sets.hpp"
 #include "planar_mesh.hpp"
 #include "polygon.hpp"
+#include "radiosity/meshing/disjoint_sets.hpp"
 #include "radiosity/meshing/tolerances.hpp"
 
 namespace radiosity {

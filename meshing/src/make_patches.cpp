@@ -9,7 +9,7 @@
 #include <numeric>
 
 #include "contacts.hpp"
-#include "disjoint_sets.hpp"
+#include "radiosity/meshing/disjoint_sets.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/meshing/tolerances.hpp"
 #include "subdivide.hpp"

@@ -200,6 +200,12 @@ BandArray PatchMesh::reflectance() const {
   return rho;
 }
 
+BandArray PatchMesh::absorptance() const {
+  BandArray alpha(patch_count(), bands());
+  for (Index p = 0; p < patch_count(); ++p) alpha.row(p) = radiosity::absorptance(material_of(p));
+  return alpha;
+}
+
 BandArray PatchMesh::emission() const {
   BandArray emission(patch_count(), bands());
   for (Index p = 0; p < patch_count(); ++p) emission.row(p) = material_of(p).emission;

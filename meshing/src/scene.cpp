@@ -113,11 +113,11 @@ Scene merge_equal_bands(const Scene& scene) {
   if (scene.bands() == 1) return scene;
   std::vector<Material> materials = scene.materials();
   for (Material& material : materials) {
-    if ((material.reflectance != material.reflectance[0]).any() ||
-        (material.emission != material.emission[0]).any())
-      return scene;
-    material.reflectance = BandValues::Constant(1, material.reflectance[0]).eval();
-    material.emission = BandValues::Constant(1, material.emission[0]).eval();
+    for (BandValues* values : {&material.reflectance, &material.emission, &material.absorptance}) {
+      if (values->size() == 0) continue;
+      if ((*values != (*values)[0]).any()) return scene;
+      *values = BandValues::Constant(1, (*values)[0]).eval();
+    }
   }
   return scene.with_materials(std::move(materials));
 }

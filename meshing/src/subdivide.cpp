@@ -7,8 +7,8 @@
 #include <cmath>
 #include <limits>
 
-#include "disjoint_sets.hpp"
 #include "planar_mesh.hpp"
+#include "radiosity/meshing/disjoint_sets.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/meshing/tolerances.hpp"
 

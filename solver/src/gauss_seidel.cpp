@@ -4,10 +4,13 @@
 namespace radiosity {
 namespace {
 
-/// B_i ← (E_i + ρ_i Σ_{j≠i} F_ij B_j) / (1 − ρ_i F_ii), each with the values of this sweep as soon as they exist.
-/// The change in a sweep bounds the residual before it and estimates the one after it from above.
+/// B_i ← B_i + ω ((E_i + ρ_i Σ_{j≠i} F_ij B_j) / (1 − ρ_i F_ii) − B_i), each with the values of this sweep as soon as they
+/// exist; ω > 1 is over-relaxation. The change in a sweep over ω bounds the residual before it and estimates the one after it
+/// from above.
 class GaussSeidel final : public Solver {
-  void iterate(const RadiositySystem& system, double, BandArray& radiosity, const Step& step) const override {
+  void iterate(const RadiositySystem& system, const SolverOptions& options, State& state,
+               const Step& step) const override {
+    BandArray& radiosity = state.radiosity;
     const BandArray& rho = system.reflectance();
     if (!step(power_share(system, residual(system, radiosity)))) return;
     BandArray change(radiosity.rows(), radiosity.cols());
@@ -28,10 +31,11 @@ class GaussSeidel final : public Solver {
         });
         change.row(i) =
             (system.emission().row(i) + rho.row(i) * gathered) / (1 - rho.row(i) * own) - radiosity.row(i);
-        radiosity.row(i) += change.row(i);
+        radiosity.row(i) += options.relaxation * change.row(i);
       }
     } while (step(power_share(system, change)));
   }
+  bool relaxes() const override { return true; }
   Index default_max_iterations(Index) const override { return 10000; }
 };
 

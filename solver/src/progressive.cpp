@@ -2,6 +2,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "solvers.hpp"
@@ -11,31 +12,55 @@ namespace {
 
 /// Progressive refinement [Cohen1988]. Unshot radiosity ΔB starts at E; the patch with most unshot power shoots:
 ///   ΔRad_j = ρ_j F_ij (A_i/A_j) ΔB_i,   B_j += ΔRad_j,   ΔB_j += ΔRad_j,   then ΔB_i = 0,
-/// until Σ ΔB_i A_i ≤ tolerance · Σ E_i A_i in every band. One row of F a shot. Rows are fetched for a block of the
-/// strongest patches at a time, in parallel; the block's size is fixed, so the order of shots is too.
+/// until Σ ΔB_i A_i ≤ tolerance · Σ E_i A_i in every band (and component, where F is stored and tells them). One row of F a shot.
+/// Rows are fetched for a block of the strongest patches at a time, in parallel; the block's size is fixed, so the
+/// order of shots is too. A heap for the next shooter would not pay: every shot changes nearly every ΔB_j.
+///
+/// Light under way is expected to fall evenly on everything: the ambient irradiance [Cohen1988]
+///   h = κ Σ A ΔB / Σ A (1 − κρ),   κ the share of what was shot that reached a patch.
+/// With overshooting [Feda1992] a patch shoots ΔB_i + ρ_i h, what it holds and what it is still to receive; ΔB_i is then
+/// negative until that has arrived. The next shooter is the one with the largest |ΔB_i + ρ_i h| A_i.
 class Progressive final : public Solver {
-  void iterate(const RadiositySystem& system, double, BandArray& radiosity, const Step& step) const override {
-    const Index n = system.size();
+ public:
+  explicit Progressive(bool overshoot) : overshoot_(overshoot) {}
+
+ private:
+  using Bands = Eigen::Array<double, 1, Eigen::Dynamic>;
+
+  void iterate(const RadiositySystem& system, const SolverOptions& options, State& state,
+               const Step& step) const override {
     const Eigen::ArrayXd& area = system.areas();
     const BandArray& rho = system.reflectance();
-    const Eigen::ArrayXd emitted = (system.emission().colwise() * area).colwise().sum().transpose();
-    BandArray unshot = system.emission();
-    const auto unshot_share = [&] {
-      const Eigen::ArrayXd power = (unshot.colwise() * area).colwise().sum().transpose();
-      return (emitted > 0).select(power / emitted, 0.0).maxCoeff();
-    };
+    const BandArray areas = area.replicate(1, system.bands());
     // Bands count by their share of the emitted power: a faint band must converge too.
-    const Eigen::ArrayXd band_weight = (emitted > 0).select(1 / emitted, 0.0);
-    Eigen::ArrayXd strength(n);
-    std::vector<Index> order(static_cast<std::size_t>(n));
+    const BandArray emitted = system.sums(areas * system.emission());
+    const BandArray weight =
+        areas * system.spread(divide_or_zero(BandArray::Ones(emitted.rows(), emitted.cols()), emitted));
+    BandArray received = system.emission();  // what the shots have made of B
+    BandArray unshot = system.emission();
+    BandArray ahead = BandArray::Zero(unshot.rows(), unshot.cols());  // ρh
+    double shot = 0, arrived = 0;                                     // m², over the shots so far
+    const auto look_ahead = [&] {
+      if (!overshoot_ && !options.ambient) return;
+      const double kappa = shot > 0 ? arrived / shot : 1;
+      const BandArray under_way = system.sums(areas * unshot), loss = system.sums(areas * (1 - kappa * rho));
+      ahead = rho * system.spread(kappa * divide_or_zero(under_way, loss));
+    };
+    const auto share = [&]() -> double {
+      const BandArray waiting = overshoot_ ? BandArray(unshot + ahead) : unshot;
+      state.radiosity = received + ahead;
+      return system.sums(weight * waiting.abs()).maxCoeff();
+    };
+
+    std::vector<Index> order(static_cast<std::size_t>(system.size()));
     const auto block = std::min<std::size_t>(kBlock, order.size());
     std::vector<RowBuffer> buffers(block);
     std::vector<FormFactorRow> rows(block);
-    using Bands = Eigen::Array<double, 1, Eigen::Dynamic>;
-
-    if (!step(unshot_share())) return;
+    look_ahead();
+    if (!step(share())) return;
     while (true) {
-      strength = area * (unshot.matrix() * band_weight.matrix()).array();
+      const Eigen::ArrayXd strength =
+          (weight * (overshoot_ ? BandArray(unshot + ahead) : unshot)).abs().rowwise().sum();
       std::iota(order.begin(), order.end(), 0);
       std::partial_sort(
           order.begin(), order.begin() + static_cast<std::ptrdiff_t>(block), order.end(),
@@ -44,28 +69,41 @@ class Progressive final : public Solver {
                         [&](std::size_t k) { rows[k] = system.form_factors().row(order[k], buffers[k]); });
       for (std::size_t k = 0; k < block; ++k) {
         const Index i = order[k];
-        const Bands power = area[i] * unshot.row(i);
-        unshot.row(i).setZero();
+        Bands power = area[i] * unshot.row(i);
+        if (overshoot_) power += area[i] * ahead.row(i);
+        unshot.row(i) -= power / area[i];
+        double sum = rows[k].diagonal;
         const auto receive = [&](Index j, double f) {
           const Bands gain = rho.row(j) * power * (f / area[j]);
-          radiosity.row(j) += gain;
+          received.row(j) += gain;
           unshot.row(j) += gain;
         };
-        for_each_entry(rows[k], [&](Index j, float f) { receive(j, static_cast<double>(f)); });
+        for_each_entry(rows[k], [&](Index j, float f) {
+          sum += static_cast<double>(f);
+          receive(j, static_cast<double>(f));
+        });
         receive(i, rows[k].diagonal);
-        if (!step(unshot_share())) return;
+        shot += area[i];
+        arrived += area[i] * sum;
+        look_ahead();
+        if (!step(share())) return;
       }
     }
   }
   Index default_max_iterations(Index patches) const override { return std::max<Index>(1000, 100 * patches); }
 
   static constexpr std::size_t kBlock = 8;
+  bool overshoot_;
 };
 
 }  // namespace
 
 std::unique_ptr<Solver> make_progressive() {
-  return std::make_unique<Progressive>();
+  return std::make_unique<Progressive>(false);
+}
+
+std::unique_ptr<Solver> make_progressive_overshoot() {
+  return std::make_unique<Progressive>(true);
 }
 
 }  // namespace radiosity

@@ -5,23 +5,69 @@
 
 #include <cmath>
 
+#include "radiosity/meshing/disjoint_sets.hpp"
 #include "radiosity/meshing/error.hpp"
 
 namespace radiosity {
+namespace {
+
+// The number of each patch's component; the numbers follow the least patch of each. A connected room is known to be one after
+// a few rows.
+std::vector<Index> connected(const FormFactors& f) {
+  const Index n = f.size();
+  std::vector<Index> component(static_cast<std::size_t>(n), 0);
+  if (!f.stored()) return component;
+  DisjointSets sets(static_cast<std::size_t>(n));
+  RowBuffer buffer;
+  Index left = n;
+  for (Index i = 0; i < n && left > 1; ++i)
+    for_each_entry(f.row(i, buffer), [&](Index j, float value) {
+      if (value > 0 && sets.root(i) != sets.root(j)) {
+        sets.unite(i, j);
+        --left;
+      }
+    });
+  Index count = 0;
+  for (Index i = 0; i < n; ++i) {
+    const Index root = sets.root(i);
+    component[static_cast<std::size_t>(i)] = root == i ? count++ : component[static_cast<std::size_t>(root)];
+  }
+  return component;
+}
+
+}  // namespace
 
 RadiositySystem::RadiositySystem(const FormFactors& form_factors, Eigen::ArrayXd areas, BandArray reflectance,
-                                 BandArray emission)
+                                 BandArray emission, BandArray absorptance)
     : form_factors_(&form_factors),
       areas_(std::move(areas)),
       reflectance_(std::move(reflectance)),
-      emission_(std::move(emission)) {
-  const Index n = form_factors.size();
-  if (areas_.size() != n || reflectance_.rows() != n || emission_.rows() != n ||
-      reflectance_.cols() != emission_.cols() || emission_.cols() == 0) {
+      emission_(std::move(emission)),
+      absorptance_(std::move(absorptance)),
+      escaped_(Eigen::ArrayXd::Zero(form_factors.size())) {
+  validate();
+  if (form_factors.stored())
+    for (Index i = 0; i < size(); ++i) escaped_[i] = form_factors.escaped(i);
+  component_ = std::make_shared<const std::vector<Index>>(connected(form_factors));
+  for (const Index c : *component_) components_ = std::max(components_, c + 1);
+}
+
+RadiositySystem::RadiositySystem(const FormFactors& form_factors, Eigen::ArrayXd areas, BandArray reflectance,
+                                 BandArray emission)
+    : RadiositySystem(form_factors, std::move(areas), reflectance, std::move(emission), 1 - reflectance) {}
+
+RadiositySystem::RadiositySystem(const FormFactors& form_factors, const PatchMesh& mesh)
+    : RadiositySystem(form_factors, mesh.areas(), mesh.reflectance(), mesh.emission(), mesh.absorptance()) {}
+
+void RadiositySystem::validate() const {
+  const Index n = form_factors_->size();
+  const auto fits = [&](const BandArray& x) { return x.rows() == n && x.cols() == bands(); };
+  if (areas_.size() != n || bands() == 0 || !fits(reflectance_) || !fits(emission_) || !fits(absorptance_)) {
     throw InputError(fmt::format(
-        "radiosity system: F has {} patches, but there are {} areas, {} × {} reflectances and {} × {} "
-        "emissions",
-        n, areas_.size(), reflectance_.rows(), reflectance_.cols(), emission_.rows(), emission_.cols()));
+        "radiosity system: F has {} patches, but there are {} areas, {} × {} reflectances, {} × {} "
+        "absorptances and {} × {} emissions",
+        n, areas_.size(), reflectance_.rows(), reflectance_.cols(), absorptance_.rows(), absorptance_.cols(),
+        emission_.rows(), emission_.cols()));
   }
   for (Index i = 0; i < n; ++i) {
     if (!(areas_[i] > 0 && std::isfinite(areas_[i]))) {
@@ -29,9 +75,14 @@ RadiositySystem::RadiositySystem(const FormFactors& form_factors, Eigen::ArrayXd
     }
     for (Index b = 0; b < bands(); ++b) {
       const double rho = reflectance_(i, b);
+      const double alpha = absorptance_(i, b);
       const double e = emission_(i, b);
       if (!(rho >= 0 && rho <= 1)) {
         throw InputError(fmt::format("patch {}, band {}: reflectance {} is outside [0, 1]", i, b, rho));
+      }
+      if (!(alpha >= 0 && alpha <= 1 && 1 - alpha == rho) && !(1 - rho == alpha)) {
+        throw InputError(fmt::format("patch {}, band {}: absorptance {} is not 1 minus the reflectance {}", i,
+                                     b, alpha, rho));
       }
       if (!(e >= 0 && std::isfinite(e))) {
         throw InputError(
@@ -41,8 +92,27 @@ RadiositySystem::RadiositySystem(const FormFactors& form_factors, Eigen::ArrayXd
   }
 }
 
-RadiositySystem::RadiositySystem(const FormFactors& form_factors, const PatchMesh& mesh)
-    : RadiositySystem(form_factors, mesh.areas(), mesh.reflectance(), mesh.emission()) {}
+BandArray RadiositySystem::sums(const BandArray& x) const {
+  BandArray sums = BandArray::Zero(components_, x.cols());
+  for (Index i = 0; i < size(); ++i) sums.row((*component_)[static_cast<std::size_t>(i)]) += x.row(i);
+  return sums;
+}
+
+BandArray RadiositySystem::spread(const BandArray& values) const {
+  BandArray x(size(), values.cols());
+  for (Index i = 0; i < size(); ++i) x.row(i) = values.row((*component_)[static_cast<std::size_t>(i)]);
+  return x;
+}
+
+RadiositySystem RadiositySystem::with_bands(BandArray reflectance, BandArray emission,
+                                            BandArray absorptance) const {
+  RadiositySystem other = *this;
+  other.reflectance_ = std::move(reflectance);
+  other.emission_ = std::move(emission);
+  other.absorptance_ = std::move(absorptance);
+  other.validate();
+  return other;
+}
 
 BandArray RadiositySystem::irradiance(const BandArray& radiosity) const {
   BandArray h;

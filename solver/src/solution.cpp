@@ -12,7 +12,7 @@ EnergyBalance energy_balance(const RadiositySystem& system, const BandArray& rad
   for (Index i = 0; i < system.size(); ++i) escaped[i] = system.form_factors().escaped(i);
   EnergyBalance energy;
   energy.emitted_w = power(system.emission());
-  energy.absorbed_w = power((1 - system.reflectance()) * irradiance);
+  energy.absorbed_w = power(system.absorptance() * irradiance);
   energy.escaped_w = power(radiosity.colwise() * escaped);
   energy.imbalance =
       (energy.emitted_w > 0)

@@ -16,10 +16,16 @@ struct Material {
   BandValues reflectance;  ///< ρ ∈ [0, 1], one per band
   BandValues emission;     ///< E ≥ 0, radiant exitance in W/m² leaving the surface, one per band
   Sides sides = Sides::front;
+  /// 1 − ρ where it is given as a number of its own: ρ = 1 − 10⁻¹², as a double, would be off by 10⁻⁴ of it. Empty: the
+  /// difference, which is exact.
+  BandValues absorptance = {};
 };
 
-/// Throws InputError, naming material, band, value and rule, unless reflectance and emission have the same,
-/// non-zero number of bands, 0 ≤ ρ ≤ 1 and 0 ≤ E < ∞.
+/// 1 − ρ per band.
+BandValues absorptance(const Material& material);
+
+/// Throws InputError, naming material, band, value and rule, unless reflectance and emission (and absorptance, where it is
+/// given) have the same, non-zero number of bands, 0 ≤ ρ ≤ 1, 0 ≤ E < ∞, and ρ is 1 − absorptance as a double.
 void validate(const Material& material);
 
 }  // namespace radiosity

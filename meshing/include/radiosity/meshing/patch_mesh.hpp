@@ -78,8 +78,9 @@ class PatchMesh {
   const Vec3& upper() const { return upper_; }
   double diagonal() const { return (upper_ - lower_).norm(); }
 
-  /// ρ and E of every patch (rows) and band (columns).
+  /// ρ, 1 − ρ and E of every patch (rows) and band (columns).
   BandArray reflectance() const;
+  BandArray absorptance() const;
   BandArray emission() const;
 
  private:

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <memory>
+#include <vector>
+
 #include "radiosity/formfactors/form_factor_matrix.hpp"
 #include "radiosity/meshing/patch_mesh.hpp"
 #include "radiosity/meshing/types.hpp"
@@ -10,8 +13,13 @@ namespace radiosity {
 /// (I − ρF) B = E for all bands. Keeps a reference to F, which must outlive it.
 class RadiositySystem {
  public:
-  /// reflectance and emission are n × bands, areas n. Throws InputError on other shapes, ρ outside [0, 1],
-  /// E negative or not finite, A not positive.
+  /// reflectance, emission and absorptance are n × bands, areas n. 1 − ρ is an input of its own, because a double
+  /// near 1 does not hold it: of ρ = 1 − 10⁻¹² it would be off by 10⁻⁴. Throws InputError on other shapes, ρ or
+  /// 1 − ρ outside [0, 1], a reflectance that is not 1 − absorptance as a double, E negative or not finite, A not
+  /// positive.
+  RadiositySystem(const FormFactors& form_factors, Eigen::ArrayXd areas, BandArray reflectance,
+                  BandArray emission, BandArray absorptance);
+  /// absorptance = 1 − reflectance, which is exact.
   RadiositySystem(const FormFactors& form_factors, Eigen::ArrayXd areas, BandArray reflectance,
                   BandArray emission);
   RadiositySystem(const FormFactors& form_factors, const PatchMesh& mesh);
@@ -21,15 +29,35 @@ class RadiositySystem {
   const FormFactors& form_factors() const { return *form_factors_; }
   const Eigen::ArrayXd& areas() const { return areas_; }         ///< A, m²
   const BandArray& reflectance() const { return reflectance_; }  ///< ρ
+  const BandArray& absorptance() const { return absorptance_; }  ///< 1 − ρ
   const BandArray& emission() const { return emission_; }        ///< E, W/m²
+  const Eigen::ArrayXd& escaped() const { return escaped_; }  ///< 1 − Σ_j F_ij; where F is not stored: 0
+
+  /// Patches that exchange light with each other, directly or by way of others, have the same number, counted from
+  /// 0: the connected components of the graph of F, systems of their own. All 0 where F is not stored.
+  const std::vector<Index>& component() const { return *component_; }
+  Index components() const { return components_; }
+
+  /// Σ_i x_ib over the patches i of each component, components × bands.
+  BandArray sums(const BandArray& x) const;
+  /// The rows of `values` (components × bands) spread over the patches: n × bands.
+  BandArray spread(const BandArray& values) const;
+
+  /// The same patches with other bands.
+  RadiositySystem with_bands(BandArray reflectance, BandArray emission, BandArray absorptance) const;
 
   /// H = F B, W/m².
   BandArray irradiance(const BandArray& radiosity) const;
 
  private:
+  void validate() const;
+
   const FormFactors* form_factors_;
   Eigen::ArrayXd areas_;
-  BandArray reflectance_, emission_;
+  BandArray reflectance_, emission_, absorptance_;
+  Eigen::ArrayXd escaped_;
+  std::shared_ptr<const std::vector<Index>> component_;
+  Index components_ = 0;
 };
 
 }  // namespace radiosity

@@ -15,6 +15,11 @@ namespace radiosity {
 struct SolverOptions {
   double tolerance = 1e-6;   ///< of the residual, see SolveReport::residual
   Index max_iterations = 0;  ///< 0: the solver's own limit
+  double relaxation =
+      1;  ///< ω ∈ (0, 2): each step of Gauss–Seidel is taken ω times; other solvers take 1 only
+  /// Shooting: let the radiosities that `step` sees, and the result where the solve ends early, include the light that is still
+  /// under way, as if it fell evenly on everything [Cohen1988].
+  bool ambient = false;
   /// Called with iteration 0 and B = E, then after each iteration, with the number of iterations done, the residual
   /// estimate and B so far (n × bands, W/m²). Returning false stops the solve; what has been reached is kept.
   std::function<bool(Index iteration, double residual, const BandArray& radiosity)> step = {};
@@ -25,12 +30,20 @@ enum class SolveStatus { converged, iteration_limit, stopped, failed };
 struct SolveReport {
   SolveStatus status = SolveStatus::failed;
   Index iterations = 0;  ///< passes over F (gathering) or shots (shooting)
-  /// Unaccounted share of the power, the largest over bands b, recomputed from B by the shell:
-  ///   Σ_i A_i |E_i − B_i + ρ_i Σ_j F_ij B_j| / Σ_i A_i E_i.
-  /// Where rows of F are computed on demand it is the solver's own estimate: the share of unshot power.
+  /// Unaccounted share of the power, the largest over bands b and over components C of the scene, which exchange no light:
+  ///   Σ_{i∈C} A_i |E_i − B_i + ρ_i Σ_j F_ij B_j| / Σ_{i∈C} A_i E_i,
+  /// recomputed from B by the shell. Where rows of F are computed on demand it is the solver's own estimate, the share of
+  /// unshot power of the whole scene.
   double residual = 0;
   std::vector<double> history;  ///< residual estimate after each iteration, the starting value first
-  std::string message;          ///< one sentence, with the numbers
+  /// W/m², 1 × bands: no radiosity is further from the solution than max_i |r_i| / min_i (1 − ρ_i Σ_j F_ij). Infinite where
+  /// a patch loses nothing; not-a-number where F is not stored.
+  BandArray error_bound;
+  /// λ_max/λ_min of I − ρF, 1 × bands, estimated from below: from the mean loss of the components, and from what conjugate gradients saw of
+  /// the spectrum. An error ε of F changes B by about condition · ε. Not-a-number where F is not stored.
+  BandArray condition;
+  std::string message;  ///< one sentence, with the numbers
+  std::string warning;  ///< a sentence where `error_bound` says nothing about B; otherwise empty
 };
 
 struct SolveResult {
@@ -38,27 +51,34 @@ struct SolveResult {
   SolveReport report;
 };
 
-/// Solves (I − ρF)B = E. Authors implement `iterate`; the shell checks inputs, stops, and recomputes the
-/// residual.
+/// Solves (I − ρF)B = E. Authors implement `iterate`; the shell checks inputs, leaves out bands that are dark, black or equal to
+/// another, scales the others, stops, and recomputes the residual.
 class Solver {
  public:
   virtual ~Solver() = default;
 
-  /// Throws InputError on a tolerance that is not positive or a negative iteration limit, and where no
-  /// solution exists: ρ = 1 on all of a closed scene. Not converging is a status of the report, never an
-  /// exception.
+  /// Throws InputError on a tolerance that is not positive, a negative iteration limit, a relaxation that this solver cannot
+  /// take, and where there is no solution or more than one: in a band in which nothing is absorbed in all of a component
+  /// that nothing leaves. Not converging is a status of the report, never an exception.
   SolveResult solve(const RadiositySystem& system, const SolverOptions& options = {}) const;
 
  protected:
   /// What `iterate` reports to the shell after each iteration: an estimate of the residual. False means: stop now.
   using Step = std::function<bool(double residual)>;
 
-  /// Starts from `radiosity` = E and improves it in place until `step` returns false, which it does at
+  struct State {
+    BandArray radiosity;  ///< E at the start
+    /// Eigenvalues of I − ρF that were met, per band.
+    BandValues least, largest;
+  };
+
+  /// Improves `state` in place until `step` returns false, which it does at
   ///   residual ≤ tolerance.
-  /// Inputs are checked, something is emitted and something reflects.
-  virtual void iterate(const RadiositySystem& system, double tolerance, BandArray& radiosity,
+  /// Inputs are checked; in each band something is emitted, between 1 and 2 W/m² at most, and something reflects.
+  virtual void iterate(const RadiositySystem& system, const SolverOptions& options, State& state,
                        const Step& step) const = 0;
   virtual Index default_max_iterations(Index patches) const = 0;
+  virtual bool relaxes() const { return false; }
 };
 
 /// A row of the table of solvers.

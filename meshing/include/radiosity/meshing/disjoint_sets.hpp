@@ -5,7 +5,7 @@
 #include <numeric>
 #include <vector>
 
-#include "polygon.hpp"
+#include "radiosity/meshing/types.hpp"
 
 namespace radiosity {
 
@@ -25,6 +25,8 @@ class DisjointSets {
   }
 
  private:
+  static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
   std::vector<Index> parent_;
 };
 
