@@ -19,7 +19,9 @@ namespace {
 /// Light under way is expected to fall evenly on everything: the ambient irradiance [Cohen1988]
 ///   h = κ Σ A ΔB / Σ A (1 − κρ),   κ the share of what was shot that reached a patch.
 /// With overshooting [Feda1992] a patch shoots ΔB_i + ρ_i h, what it holds and what it is still to receive; ΔB_i is then
-/// negative until that has arrived. The next shooter is the one with the largest |ΔB_i + ρ_i h| A_i.
+/// negative until that has arrived. The next shooter is the one with the largest |ΔB_i + ρ_i h| A_i. Where light does not spread
+/// evenly, shots and counter-shots may go round in circles: whenever n shots have gained nothing, h counts half as much
+/// from then on, which ends as the classical method.
 class Progressive final : public Solver {
  public:
   explicit Progressive(bool overshoot) : overshoot_(overshoot) {}
@@ -40,11 +42,12 @@ class Progressive final : public Solver {
     BandArray unshot = system.emission();
     BandArray ahead = BandArray::Zero(unshot.rows(), unshot.cols());  // ρh
     double shot = 0, arrived = 0;                                     // m², over the shots so far
+    double trust = 1;                                                 // in h
     const auto look_ahead = [&] {
       if (!overshoot_ && !options.ambient) return;
       const double kappa = shot > 0 ? arrived / shot : 1;
       const BandArray under_way = system.sums(areas * unshot), loss = system.sums(areas * (1 - kappa * rho));
-      ahead = rho * system.spread(kappa * divide_or_zero(under_way, loss));
+      ahead = rho * system.spread(trust * kappa * divide_or_zero(under_way, loss));
     };
     const auto share = [&]() -> double {
       const BandArray waiting = overshoot_ ? BandArray(unshot + ahead) : unshot;
@@ -57,8 +60,9 @@ class Progressive final : public Solver {
     std::vector<RowBuffer> buffers(block);
     std::vector<FormFactorRow> rows(block);
     look_ahead();
-    if (!step(share())) return;
-    while (true) {
+    double before = share();
+    if (!step(before)) return;
+    for (Index shots = 0;;) {
       const Eigen::ArrayXd strength =
           (weight * (overshoot_ ? BandArray(unshot + ahead) : unshot)).abs().rowwise().sum();
       std::iota(order.begin(), order.end(), 0);
@@ -86,7 +90,11 @@ class Progressive final : public Solver {
         shot += area[i];
         arrived += area[i] * sum;
         look_ahead();
-        if (!step(share())) return;
+        const double now = share();
+        if (!step(now)) return;
+        if (++shots % system.size() != 0) continue;
+        if (overshoot_ && now >= before) trust /= 2;
+        before = now;
       }
     }
   }
