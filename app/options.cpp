@@ -53,6 +53,11 @@ Check whole(Whole least, Whole most) {
   };
 }
 
+std::string relaxation(const std::string& text) {
+  const auto value = parse_finite(text);
+  return value && *value > 0 && *value < 2 ? "" : fmt::format("'{}' is not a number between 0 and 2", text);
+}
+
 std::string field_of_view(const std::string& text) {
   const auto value = parse_finite(text);
   return value && *value > 0 && *value < 180
@@ -278,6 +283,17 @@ class Parser {
                                     "Passes over all patches, or shots. Default: the solver's own"),
                 "N", whole<Index>(1, kMaxIndex))
         ->group(group);
+    add_checked(command->add_option("--relaxation", options_.flags.relaxation,
+                                    "Each step of gauss-seidel is taken this many times. Above 1\n"
+                                    "it converges faster where reflectances are high. Default: 1"),
+                "W", relaxation)
+        ->group(group);
+    command
+        ->add_flag_callback(
+            "--ambient", [this] { options_.flags.ambient = true; },
+            "Shooting: add the light that is still under way to what\n--series shows, as if it fell evenly "
+            "on everything")
+        ->group(group);
     command
         ->add_flag_callback(
             "--no-error-estimate", [this] { options_.estimate_error = false; },
@@ -500,6 +516,8 @@ SceneSettings override_settings(const SceneSettings& scene, const SceneSettings&
   override_with(settings.solver, flags.solver);
   override_with(settings.tolerance, flags.tolerance);
   override_with(settings.max_iterations, flags.max_iterations);
+  override_with(settings.relaxation, flags.relaxation);
+  override_with(settings.ambient, flags.ambient);
   return settings;
 }
 

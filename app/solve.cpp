@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
 #include <bit>
 #include <utility>
 #include <vector>
@@ -46,29 +48,44 @@ int run_solve(const Options& options) {
   const LoadedScene loaded = read_stage(job, options.scene);
   const SceneSettings settings = override_settings(loaded.settings, options.flags);
 
+  const auto shown = [&](const BandArray& all) -> BandArray {  // the scene as it is, without the set-ups
+    return all.leftCols(all.cols() / static_cast<Eigen::Index>(loaded.setups.size() + 1));
+  };
   const bool wants_series = !options.series_file.empty();
   Steps steps(!find_solver(settings.solver.value_or(std::string(kDefaultSolver))).needs_stored_rows);
-  const Solved solved =
-      solve_stage(job, loaded.scene, settings, [&](Index iteration, const BandArray& radiosity) {
-        if (wants_series) steps.add(iteration, radiosity);
-      });
-  const PatchMesh& mesh = solved.patches.mesh;
-  const Solution& solution = solved.solution;
+  const Solved solved = solve_stage(
+      job, loaded.scene, settings,
+      [&](Index iteration, const BandArray& radiosity) {
+        if (wants_series) steps.add(iteration, shown(radiosity));
+      },
+      loaded.setups);
 
   Outputs outputs(job);
-  const double exposure = automatic_exposure(mesh, solution.radiosity);
-  if (wants_series) {
-    outputs.written(options.series_file);
-    const std::filesystem::path folder = std::filesystem::path(options.series_file).replace_extension();
-    if (!std::filesystem::exists(folder)) outputs.written(folder);
-    steps.keep(solution.report.iterations, solution.radiosity);
-    steps.write(options.series_file, mesh, exposure);
+  const Index bands = job.report.scene->bands;
+  for (std::size_t k = 0; k <= loaded.setups.size(); ++k) {
+    const Index first = static_cast<Index>(k) * bands;
+    const PatchMesh mesh =
+        solved.patches.mesh.with_materials(select_bands(solved.patches.mesh.materials(), first, bands));
+    const Solution solution = select_bands(solved.solution, first, bands);
+    const double exposure = automatic_exposure(mesh, solution.radiosity);
+    std::filesystem::path file = options.output;
+    if (k > 0)
+      file.replace_filename(fmt::format("{}-{}.vtp", file.stem().string(), loaded.setups[k - 1].name));
+    if (k == 0 && wants_series) {
+      outputs.written(options.series_file);
+      const std::filesystem::path folder = std::filesystem::path(options.series_file).replace_extension();
+      if (!std::filesystem::exists(folder)) outputs.written(folder);
+      steps.keep(solution.report.iterations, solution.radiosity);
+      steps.write(options.series_file, mesh, exposure);
+    }
+    BandArray error;
+    if (solved.error) error = solved.error->per_patch.middleCols(first, bands);
+    write_solution(
+        file, mesh, solution,
+        {RADIOSITY_VERSION, options.command_line, solved.method, solved.solver, job.report.converged},
+        exposure, solved.error ? &error : nullptr);
+    outputs.written(file);
   }
-  write_solution(
-      options.output, mesh, solution,
-      {RADIOSITY_VERSION, options.command_line, solved.method, solved.solver, job.report.converged}, exposure,
-      solved.error ? &solved.error->per_patch : nullptr);
-  outputs.written(options.output);
   outputs.finish();
   return job.report.converged ? kDone : kNotConverged;
 }

@@ -76,9 +76,9 @@ Solution nothing_exchanged(const PatchMesh& mesh, const RadiositySystem& system)
   return solution;
 }
 
-void print_energy(const Console& console, const EnergyBalance& energy) {
+void print_energy(const Console& console, std::string_view label, const EnergyBalance& energy) {
   for (Index b = 0; b < energy.emitted_w.size(); ++b)
-    console.line(b == 0 ? "energy" : "",
+    console.line(b == 0 ? label : "",
                  "{}emitted {:.6g} W, absorbed {:.6g} W, escaped {:.6g} W, imbalance {:.2g}",
                  energy.emitted_w.size() == 1 ? std::string() : fmt::format("band {}: ", b),
                  energy.emitted_w[b], energy.absorbed_w[b], energy.escaped_w[b], energy.imbalance[b]);
@@ -262,18 +262,28 @@ std::optional<ErrorEstimate> error_stage(Job& job, SolvedProblem problem) {
   return error;
 }
 
-Solved solve_stage(Job& job, const Scene& scene, const SceneSettings& settings, const Step& step) {
+Solved solve_stage(Job& job, const Scene& scene, const SceneSettings& settings, const Step& step,
+                   std::span<const LightingSetup> setups) {
   const SolverInfo& info = find_solver(settings.solver.value_or(std::string(kDefaultSolver)));
+  const std::unique_ptr<Solver> solver = info.make();
+  if (settings.relaxation.value_or(1) != 1 && !solver->relaxes())
+    throw InputError(fmt::format("relaxation {} has no effect with solver {}; it belongs to gauss-seidel",
+                                 *settings.relaxation, info.name));
+  if (settings.ambient.value_or(false) && info.needs_stored_rows)
+    throw InputError(fmt::format("ambient has no effect with solver {}; it belongs to shooting", info.name));
   require_emission(scene, job.options.scene);
-  const Scene merged = merge_equal_bands(scene);
+  const Scene grey = merge_equal_bands(scene);
+  const Scene merged = with_setups(grey, setups);
   auto& modelled = job.report.modelled.emplace();
-  modelled.bands = merged.bands();
-  if (merged.bands() < scene.bands())
+  modelled.bands = grey.bands();
+  if (grey.bands() < scene.bands())
     modelled.left_out.push_back(
         fmt::format("bands: all {} are equal in every material, so one was solved", scene.bands()));
 
   Patches patches = patch_stage(job, merged, settings);
-  job.report.scene->bands = merged.bands();
+  job.report.scene->bands = grey.bands();
+  if (!setups.empty())
+    job.console.line("set-ups", "{} beside the scene as it is; all share the form factors", setups.size());
   const Visibility visibility(patches.mesh);
   const ChosenMethod chosen = method_stage(job, visibility, settings);
   for (const std::string& reason : modelled.left_out) job.console.line("left out", "{}", reason);
@@ -291,10 +301,11 @@ Solved solve_stage(Job& job, const Scene& scene, const SceneSettings& settings, 
   }
 
   const RadiositySystem system(*form_factors, patches.mesh);
-  const std::unique_ptr<Solver> solver = info.make();
   SolverOptions options;
   options.tolerance = settings.tolerance.value_or(options.tolerance);
   options.max_iterations = settings.max_iterations.value_or(0);
+  options.relaxation = settings.relaxation.value_or(1);
+  options.ambient = settings.ambient.value_or(false);
   job.stage.lap();
   const auto run = [&] {
     if (!facts.assembly.completed) return nothing_exchanged(patches.mesh, system);
@@ -311,13 +322,23 @@ Solved solve_stage(Job& job, const Scene& scene, const SceneSettings& settings, 
 
   const SolveReport& report = solution.report;
   job.report.converged = report.status == SolveStatus::converged;
-  job.report.solver = Report::SolverFacts{std::string(info.name), options.tolerance, report};
+  job.report.solver = Report::SolverFacts{std::string(info.name), options.tolerance,
+                                          select_bands(solution, 0, grey.bands()).report};
   job.console.line("solver", "{}: {} {}, residual {:.2g}, tolerance {:.2g}", info.name, report.iterations,
                    info.needs_stored_rows ? "iterations" : "shots", report.residual, options.tolerance);
   if (!job.report.converged) job.console.line("not converged", "{}", report.message);
+  if (report.condition.size() > 0 && report.condition.isFinite().all())
+    job.console.line("", "no radiosity is off by more than {:.2g} W/m²; condition {:.2g}",
+                     report.error_bound.maxCoeff(), report.condition.maxCoeff());
+  if (!report.warning.empty()) job.console.line("warning", "{}", report.warning);
   if (facts.assembly.completed) {
-    job.report.energy = solution.energy;
-    print_energy(job.console, solution.energy);
+    job.report.energy = select_bands(solution, 0, grey.bands()).energy;
+    print_energy(job.console, "energy", *job.report.energy);
+    for (std::size_t k = 0; k < setups.size(); ++k) {
+      const auto first = static_cast<Index>(k + 1) * grey.bands();
+      job.report.setups.emplace_back(setups[k].name, select_bands(solution, first, grey.bands()).energy);
+      print_energy(job.console, setups[k].name, job.report.setups.back().second);
+    }
   }
   std::optional<ErrorEstimate> error;
   if (facts.assembly.completed && job.report.converged && job.options.estimate_error) {

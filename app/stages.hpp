@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -60,9 +61,11 @@ struct Solved {
   std::string method, solver;
   bool shooting = false;
 };
-/// Scene → solution, through all the stages above. `step` is called after each iteration of the solver.
+/// Scene → solution, through all the stages above. `step` is called after each iteration of the solver. Patches and
+/// solution have the bands of the scene, then those of each set-up.
 using Step = std::function<void(Index iteration, const BandArray& radiosity)>;
-Solved solve_stage(Job& job, const Scene& scene, const SceneSettings& settings, const Step& step = {});
+Solved solve_stage(Job& job, const Scene& scene, const SceneSettings& settings, const Step& step = {},
+                   std::span<const LightingSetup> setups = {});
 
 /// Files that this run has written; removed again unless all went well.
 class Outputs {

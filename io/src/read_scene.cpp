@@ -149,6 +149,33 @@ class SceneBuilder {
   BandCount bands_;
 };
 
+std::vector<LightingSetup> lighting_setups(const fs::path& file,
+                                           const std::map<std::string, SetupSetting>& settings,
+                                           const Scene& scene) {
+  std::vector<std::string> names;
+  for (const Material& material : scene.materials()) names.push_back(material.name);
+  std::vector<LightingSetup> setups;
+  for (const auto& [name, setting] : settings) {
+    LightingSetup setup{name, std::vector<double>(names.size(), 1)};
+    for (const auto& [material, factor] : setting.factors) {
+      const auto found = std::find(names.begin(), names.end(), material);
+      if (found == names.end())
+        throw InputError(
+            fmt::format("{}:{}: set-up '{}': no face has the material '{}'; the nearest name is '{}'",
+                        file.string(), setting.line, name, material, nearest_name(material, names)));
+      setup.factors[static_cast<std::size_t>(found - names.begin())] = factor;
+    }
+    bool lit = false;
+    for (std::size_t m = 0; m < names.size(); ++m)
+      lit = lit || (setup.factors[m] > 0 && (scene.materials()[m].emission > 0).any());
+    if (!lit)
+      throw InputError(
+          fmt::format("{}:{}: set-up '{}': every lamp is off", file.string(), setting.line, name));
+    setups.push_back(std::move(setup));
+  }
+  return setups;
+}
+
 /// A key as TOML writes it: quoted unless it is made of letters, digits, - and _.
 std::string toml_key(const std::string& name) {
   const bool bare = !name.empty() && std::all_of(name.begin(), name.end(), [](unsigned char c) {
@@ -170,6 +197,7 @@ LoadedScene read_scene(const fs::path& file, MissingMaterials missing) {
 
   SceneSettings settings = scene_file.settings;
   const fs::path mesh_file = scene_file.mesh;
+  const std::map<std::string, SetupSetting> setup_settings = scene_file.setups;
   std::vector<std::string> warnings = std::move(mesh.warnings);
   Scene scene = SceneBuilder(file, std::move(scene_file), std::move(mesh), missing).build();
   for (const Material& material : scene.materials())
@@ -178,7 +206,8 @@ LoadedScene read_scene(const fs::path& file, MissingMaterials missing) {
         warnings.push_back(
             fmt::format("material '{}': reflectance is 1 in band {}: the surface absorbs nothing there",
                         material.name, b));
-  return {std::move(scene), std::move(settings), mesh_file, std::move(warnings)};
+  std::vector<LightingSetup> setups = lighting_setups(file, setup_settings, scene);
+  return {std::move(scene), std::move(settings), std::move(setups), mesh_file, std::move(warnings)};
 }
 
 void require_emission(const Scene& scene, const fs::path& file) {

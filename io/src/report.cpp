@@ -95,7 +95,10 @@ Json to_json(const Report::SolverFacts& solver) {
           {"tolerance", solver.tolerance},
           {"status", name(solver.report.status)},
           {"message", solver.report.message},
-          {"history", solver.report.history}};
+          {"history", solver.report.history},
+          {"error_bound", numbers(solver.report.error_bound)},
+          {"condition", numbers(solver.report.condition)},
+          {"warning", solver.report.warning}};
 }
 
 Json to_json(const EnergyBalance& energy) {
@@ -132,6 +135,7 @@ void write_report(const std::filesystem::path& file, const Report& report) {
   add("form_factors", report.form_factors);
   add("solver", report.solver);
   add("energy", report.energy);
+  for (const auto& [setup, energy] : report.setups) json["setups"][setup]["energy"] = to_json(energy);
   add("error", report.error);
   json["seconds"] = to_json(report.seconds);
   json["peak_memory_bytes"] = report.peak_memory_bytes;

@@ -94,6 +94,13 @@ class Section {
     return value;
   }
 
+  std::optional<bool> boolean(std::string_view key) const {
+    const toml::node* const node = find(key);
+    if (!node) return {};
+    if (!node->is_boolean()) fail_type(key, *node, "true or false");
+    return node->as_boolean()->get();
+  }
+
   /// One number or an array of numbers; each in the range that `rule` speaks of.
   std::optional<BandSetting> bands(std::string_view key, const std::string& owner, std::string_view rule,
                                    const std::function<bool(double)>& valid) const {
@@ -184,6 +191,23 @@ MaterialSetting read_material(const Section& section, const std::string& name) {
   return material;
 }
 
+SetupSetting read_setup(const Section& section, const std::string& name) {
+  // The name becomes part of a file's.
+  const bool plain = !name.empty() && std::all_of(name.begin(), name.end(), [](unsigned char c) {
+    return (c < 128 && std::isalnum(c)) || c == '-' || c == '_';
+  });
+  if (!plain)
+    section.fail(section.line(),
+                 fmt::format("set-up '{}': a name is made of letters, digits, - and _", name));
+  SetupSetting setup;
+  setup.line = section.line();
+  for (const auto& [material, node] : section.table())
+    setup.factors[std::string(material.str())] =
+        *section.number(material.str(), "at least 0 and finite, a factor on the emission",
+                        [](double value) { return value >= 0 && std::isfinite(value); });
+  return setup;
+}
+
 PatchOptions read_patch_size(const Section& section) {
   constexpr std::string_view kExpected = "a number of metres, \"none\" or \"auto\"";
   const toml::node& node = *section.find("size");
@@ -234,7 +258,7 @@ SceneFile read_scene_file(const std::filesystem::path& file) {
         fmt::format("{}:{}: is not TOML: {}", file.string(), error.source().begin.line, error.description()));
   }
   const Section top(file, table, "");
-  top.allow_only({"mesh", "units", "materials", "patches", "form_factors", "solver", "camera"});
+  top.allow_only({"mesh", "units", "materials", "patches", "form_factors", "solver", "camera", "setup"});
 
   SceneFile scene;
   const auto mesh = top.text("mesh");
@@ -246,6 +270,12 @@ SceneFile read_scene_file(const std::filesystem::path& file) {
     for (const auto& [key, node] : materials->table()) {
       const std::string name(key.str());
       scene.materials[name] = read_material(*materials->section(name, "materials." + name), name);
+    }
+
+  if (const auto setups = top.section("setup", "setup"))
+    for (const auto& [key, node] : setups->table()) {
+      const std::string name(key.str());
+      scene.setups[name] = read_setup(*setups->section(name, "setup." + name), name);
     }
 
   constexpr std::int64_t kMost = std::numeric_limits<Index>::max();
@@ -267,10 +297,13 @@ SceneFile read_scene_file(const std::filesystem::path& file) {
       settings.seed = static_cast<std::uint64_t>(*seed);
   }
   if (const auto solver = top.section("solver", "solver")) {
-    solver->allow_only({"name", "tolerance", "max_iterations"});
+    solver->allow_only({"name", "tolerance", "max_iterations", "relaxation", "ambient"});
     settings.solver = solver->text("name");
     settings.tolerance = solver->number("tolerance", kPositive, positive);
     settings.max_iterations = index(solver->integer("max_iterations", 1, kMost));
+    settings.relaxation =
+        solver->number("relaxation", "between 0 and 2", [](double value) { return value > 0 && value < 2; });
+    settings.ambient = solver->boolean("ambient");
   }
   if (const auto camera = top.section("camera", "camera")) settings.camera = read_camera(*camera);
   return scene;

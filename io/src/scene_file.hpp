@@ -25,10 +25,17 @@ struct MaterialSetting {
   std::optional<Sides> sides;
 };
 
+/// [setup.NAME]: a factor on the emission of each material that is named
+struct SetupSetting {
+  int line = 0;
+  std::map<std::string, double> factors;
+};
+
 struct SceneFile {
   std::filesystem::path mesh;
   double metres_per_unit = 1;
   std::map<std::string, MaterialSetting> materials;
+  std::map<std::string, SetupSetting> setups;
   SceneSettings settings;
 };
 

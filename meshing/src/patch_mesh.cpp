@@ -190,6 +190,16 @@ PatchMesh::PatchMesh(Arrays arrays) : arrays_(std::move(arrays)) {
   }
 }
 
+PatchMesh PatchMesh::with_materials(std::vector<Material> materials) const {
+  if (materials.size() != arrays_.materials.size())
+    throw InputError(fmt::format("{} materials were given for a mesh that has {}", materials.size(),
+                                 arrays_.materials.size()));
+  validate(materials);
+  PatchMesh mesh = *this;
+  mesh.arrays_.materials = std::move(materials);
+  return mesh;
+}
+
 Index PatchMesh::bands() const {
   return static_cast<Index>(arrays_.materials.front().reflectance.size());
 }

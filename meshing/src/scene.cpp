@@ -109,6 +109,39 @@ Scene Scene::with_materials(std::vector<Material> materials) const {
   return Scene(std::move(arrays));
 }
 
+Scene with_setups(const Scene& scene, std::span<const LightingSetup> setups) {
+  const auto bands = static_cast<Eigen::Index>(scene.bands());
+  const auto count = static_cast<Eigen::Index>(setups.size());
+  std::vector<Material> materials = scene.materials();
+  for (const LightingSetup& setup : setups) {
+    if (setup.factors.size() != materials.size())
+      throw InputError(fmt::format("set-up '{}': {} factors for {} materials", setup.name,
+                                   setup.factors.size(), materials.size()));
+    for (const double factor : setup.factors)
+      if (!(factor >= 0 && std::isfinite(factor)))
+        throw InputError(fmt::format("set-up '{}': factor {} is negative or not finite", setup.name, factor));
+  }
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    Material& material = materials[m];
+    const BandValues emission = material.emission;
+    material.emission = emission.replicate(count + 1, 1).eval();
+    for (Eigen::Index k = 0; k < count; ++k)
+      material.emission.segment((k + 1) * bands, bands) *= setups[static_cast<std::size_t>(k)].factors[m];
+    material.reflectance = material.reflectance.replicate(count + 1, 1).eval();
+    if (material.absorptance.size() > 0)
+      material.absorptance = material.absorptance.replicate(count + 1, 1).eval();
+  }
+  return scene.with_materials(std::move(materials));
+}
+
+std::vector<Material> select_bands(std::span<const Material> materials, Index first, Index count) {
+  std::vector<Material> selected(materials.begin(), materials.end());
+  for (Material& material : selected)
+    for (BandValues* values : {&material.reflectance, &material.emission, &material.absorptance})
+      if (values->size() > 0) *values = values->segment(first, count).eval();
+  return selected;
+}
+
 Scene merge_equal_bands(const Scene& scene) {
   if (scene.bands() == 1) return scene;
   std::vector<Material> materials = scene.materials();

@@ -13,8 +13,8 @@ namespace {
 // overflow.
 constexpr double kBlack = 1e-200;
 
-// A system whose residual has fallen by this factor has nothing left but rounding.
-constexpr double kRounding = 1e-16;
+// A residual that is smaller than the first one by this factor is nothing but rounding.
+constexpr double kRounding = 1e-14;
 
 // Coefficients of the iteration for one band of one component; they make the tridiagonal matrix of Lanczos, whose
 // eigenvalues lie among those of the matrix: T_kk = 1/α_k + β_{k−1}/α_{k−1}, T_{k,k+1} = √β_k / α_k.
@@ -81,21 +81,21 @@ class ConjugateGradient final : public Solver {
     BandArray& radiosity = state.radiosity;
     BandArray w = radiosity;
     BandArray r = reflects * (system.emission() - w + rho * gather(w));
+    const BandArray negligible = kRounding * kRounding * product(r, r);
     BandArray gamma = divide_or_zero(system.sums(weight * r), sink);
     r -= loss * system.spread(gamma);
     radiosity += reflects * system.spread(gamma);
 
     BandArray p = r;
     BandArray rr = product(r, r);
-    const BandArray negligible = kRounding * kRounding * rr;
     std::vector<Lanczos> spectrum(static_cast<std::size_t>(gamma.size()));
     while (step(power_share(system, r))) {
       BandArray q = reflects * (p - rho * gather(p));
       const BandArray mu = divide_or_zero(system.sums(weight * q), sink);
       q -= loss * system.spread(mu);
       const BandArray curvature = product(p, q);
-      const BandArray under_way = (rr > negligible).cast<double>();
-      if ((curvature <= 0 && under_way > 0).any()) break;  // not positive definite
+      const BandArray under_way = (rr > negligible && curvature > 0).cast<double>();
+      if ((under_way == 0).all()) break;  // nothing but rounding is left, or F is too far from reciprocal
       const BandArray alpha = under_way * divide_or_zero(rr, curvature);
       const BandArray each = system.spread(alpha);
       w += each * p;

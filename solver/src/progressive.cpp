@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "solvers.hpp"
@@ -50,9 +51,9 @@ class Progressive final : public Solver {
       ahead = rho * system.spread(trust * kappa * divide_or_zero(under_way, loss));
     };
     const auto share = [&]() -> double {
-      const BandArray waiting = overshoot_ ? BandArray(unshot + ahead) : unshot;
+      // r = ρF ΔB of B without the ambient term, ρ(F(ΔB + ρh) − h) of B with it: no more than this.
       state.radiosity = received + ahead;
-      return system.sums(weight * waiting.abs()).maxCoeff();
+      return system.sums(weight * ((unshot + ahead).abs() + ahead.abs())).maxCoeff();
     };
 
     std::vector<Index> order(static_cast<std::size_t>(system.size()));
@@ -98,6 +99,8 @@ class Progressive final : public Solver {
       }
     }
   }
+  // F_ji is read as F_ij A_i/A_j, which holds to single precision.
+  double rounding() const override { return std::numeric_limits<float>::epsilon(); }
   Index default_max_iterations(Index patches) const override { return std::max<Index>(1000, 100 * patches); }
 
   static constexpr std::size_t kBlock = 8;

@@ -32,4 +32,15 @@ Solution solve(const Solver& solver, const RadiositySystem& system, const PatchM
   return solution;
 }
 
+Solution select_bands(const Solution& solution, Index first, Index count) {
+  Solution part = solution;
+  for (BandArray* values : {&part.radiosity, &part.irradiance, &part.vertex_radiosity,
+                            &part.report.error_bound, &part.report.condition})
+    if (values->cols() > 0) *values = values->middleCols(first, count).eval();
+  EnergyBalance& energy = part.energy;
+  for (BandValues* values : {&energy.emitted_w, &energy.absorbed_w, &energy.escaped_w, &energy.imbalance})
+    if (values->size() > 0) *values = values->segment(first, count).eval();
+  return part;
+}
+
 }  // namespace radiosity

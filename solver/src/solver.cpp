@@ -15,7 +15,6 @@
 namespace radiosity {
 namespace {
 
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
@@ -162,8 +161,8 @@ std::string describe(const SolveReport& report, const SolverOptions& options) {
     case SolveStatus::converged:
       if (report.residual > options.tolerance)
         return fmt::format(
-            "converged after {} iterations; B is so much larger than E that its rounding leaves a residual "
-            "of {:.2e}",
+            "converged after {} iterations; B is so much larger than E that rounding leaves a residual of "
+            "{:.2e}",
             report.iterations, report.residual);
       return fmt::format("converged after {} iterations: residual {:.2e} ≤ tolerance {:.2e}",
                          report.iterations, report.residual, options.tolerance);
@@ -275,9 +274,8 @@ SolveResult Solver::solve(const RadiositySystem& given, const SolverOptions& opt
   if (stored) {
     const BandArray r = residual(system, state.radiosity);
     report.residual = power_share(system, r);
-    // B is rounded too, and near ρ = 1 so much larger than E that this alone leaves a residual.
-    const double rounding = power_share(system, 4 * kEpsilon * state.radiosity);
-    if (report.status == SolveStatus::converged && !(report.residual <= options.tolerance + rounding)) {
+    const double left = power_share(system, rounding() * state.radiosity);
+    if (report.status == SolveStatus::converged && !(report.residual <= options.tolerance + left)) {
       report.status = SolveStatus::failed;
     }
     const Bounds bounds(system, state.least, state.largest, state.radiosity, r, bands.solved);

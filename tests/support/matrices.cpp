@@ -2,6 +2,7 @@
 #include "support/matrices.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <mutex>
 
 #include "support/scenes.hpp"
@@ -47,8 +48,10 @@ FormFactorMatrix stored(const Eigen::MatrixXd& f, bool sparse) {
       sum += static_cast<double>(value);
     }
     if (sparse) rows.start.push_back(rows.values.size());
-    rows.diagonal.push_back(f.row(i).sum() - sum);
-    rows.escaped.push_back(1 - f.row(i).sum());
+    // A row that sums to 1 but for rounding is closed: as ρ → 1 nothing less will do.
+    const double escaped = 1 - f.row(i).sum();
+    rows.escaped.push_back(std::abs(escaped) < 1e-14 ? 0 : escaped);
+    rows.diagonal.push_back(1 - rows.escaped.back() - sum);
   }
   return FormFactorMatrix(std::move(rows));
 }

@@ -22,12 +22,15 @@ struct SceneSettings {
   std::optional<std::string> solver;
   std::optional<double> tolerance;
   std::optional<Index> max_iterations;
+  std::optional<double> relaxation;
+  std::optional<bool> ambient;
   std::optional<Camera> camera;
 };
 
 struct LoadedScene {
   Scene scene;
   SceneSettings settings;
+  std::vector<LightingSetup> setups;  ///< by name
   std::filesystem::path mesh_file;    ///< the mesh itself, where SCENE is a scene file that names it
   std::vector<std::string> warnings;  ///< what was odd about the file: a sentence each
 };

@@ -53,6 +53,7 @@ struct Report {
   };
   std::optional<SolverFacts> solver;
   std::optional<EnergyBalance> energy;
+  std::vector<std::pair<std::string, EnergyBalance>> setups;
   std::optional<ErrorEstimate> error;
 
   struct Seconds {

@@ -30,6 +30,9 @@ class PatchMesh {
   /// coordinates that are not finite, or invalid materials.
   explicit PatchMesh(Arrays arrays);
 
+  /// The same patches with other materials, as many, in the same order. Throws InputError on others.
+  PatchMesh with_materials(std::vector<Material> materials) const;
+
   Index patch_count() const { return static_cast<Index>(arrays_.patch_material.size()); }
   Index vertex_count() const { return static_cast<Index>(arrays_.vertices.size()); }
   Index bands() const;

@@ -57,6 +57,20 @@ class Scene {
   Vec3 lower_, upper_;
 };
 
+/// Lamps of a scene switched off (0), dimmed or brightened: a factor on the emission of each material.
+struct LightingSetup {
+  std::string name;
+  std::vector<double> factors;
+};
+
+/// The bands of the scene, followed by as many for each set-up: geometry and reflectances are the same, so all of them share F and
+/// each pass over it. Throws InputError on a number of factors that is not that of the materials, or a factor that is negative or not
+/// finite.
+Scene with_setups(const Scene& scene, std::span<const LightingSetup> setups);
+
+/// `count` bands of every material from `first` on.
+std::vector<Material> select_bands(std::span<const Material> materials, Index first, Index count);
+
 /// The same scene with one band where all bands of every material are equal: grey light is solved once.
 Scene merge_equal_bands(const Scene& scene);
 

@@ -37,6 +37,9 @@ struct Solution {
   SolveReport report;
 };
 
+/// `count` bands from `first` on; what the report says of all bands together stays.
+Solution select_bands(const Solution& solution, Index first, Index count);
+
 /// Solves and reconstructs.
 Solution solve(const Solver& solver, const RadiositySystem& system, const PatchMesh& mesh,
                const SolverOptions& options = {});

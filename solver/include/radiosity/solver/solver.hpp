@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -62,6 +63,9 @@ class Solver {
   /// that nothing leaves. Not converging is a status of the report, never an exception.
   SolveResult solve(const RadiositySystem& system, const SolverOptions& options = {}) const;
 
+  /// Takes a relaxation other than 1.
+  virtual bool relaxes() const { return false; }
+
  protected:
   /// What `iterate` reports to the shell after each iteration: an estimate of the residual. False means: stop now.
   using Step = std::function<bool(double residual)>;
@@ -78,7 +82,9 @@ class Solver {
   virtual void iterate(const RadiositySystem& system, const SolverOptions& options, State& state,
                        const Step& step) const = 0;
   virtual Index default_max_iterations(Index patches) const = 0;
-  virtual bool relaxes() const { return false; }
+  /// What rounding leaves of a residual, as a share of Σ A B: a solve has converged when it came that close. B itself is
+  /// rounded, and near ρ = 1 so much larger than E that this shows.
+  virtual double rounding() const { return 4 * std::numeric_limits<double>::epsilon(); }
 };
 
 /// A row of the table of solvers.
