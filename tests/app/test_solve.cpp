@@ -46,6 +46,31 @@ TEST_F(Solve, GivesTheMeansOfTheUnitCubeWithOtherReflectances) {
   EXPECT_NEAR(mean_radiosity(mesh, "wall"), 0.1695674, 3e-4);
 }
 
+// B is proportional to E, so a lamp at a quarter gives a quarter of everything, from the same F.
+TEST_F(Solve, SolvesEverySetUpOfTheLampsIntoAFileOfItsOwn) {
+  write_cube();
+  write("cube.toml", read("cube.toml") + "[setup.dim]\nceiling = 0.25\n");
+  const Outcome result =
+      run({"solve", "cube.toml", "-o", "out.vtp", "--patch-size", "0.25", "--report", "out.json"});
+  EXPECT_EQ(result.status, 0) << result.err;
+  EXPECT_TRUE(files().contains("out-dim.vtp"));
+  const SolvedMesh whole = solved(), dim = solved("out-dim.vtp");
+  EXPECT_LT((whole.patch_radiosity / 4 - dim.patch_radiosity).abs().maxCoeff(), 1e-12);
+  EXPECT_LT((whole.mesh.emission() / 4 - dim.mesh.emission()).abs().maxCoeff(), 1e-15);
+  EXPECT_NEAR(report()["setups"]["dim"]["energy"]["emitted_w"][0], 0.25, 1e-12);
+  EXPECT_NEAR(report()["energy"]["emitted_w"][0], 1, 1e-12);
+  EXPECT_EQ(report()["scene"]["bands"], 1);
+}
+
+TEST_F(Solve, RefusesToRelaxASolverThatCannotBeforeAnyWork) {
+  write_cube();
+  expect_one_error(run({"solve", "cube.toml", "-o", "out.vtp", "--relaxation", "1.2", "--quiet"}), 1,
+                   "gauss-seidel");
+  expect_one_error(run({"solve", "cube.toml", "-o", "out.vtp", "--relaxation", "2.5", "--quiet"}), 2,
+                   "between 0 and 2");
+  expect_one_error(run({"solve", "cube.toml", "-o", "out.vtp", "--ambient", "--quiet"}), 1, "shooting");
+}
+
 // R1: B = E / (1 − ρ) in a closed room of one material, whatever the method and the solver.
 TEST_F(Solve, GivesTheFurnaceByEveryMethodAndSolver) {
   write_cube();

@@ -228,7 +228,8 @@ TEST(Report, HasTheStableNamesInOrder) {
               ElementsAre("closure_error_max", "closure_error_mean", "reciprocity_error_max",
                           "reciprocity_error_mean"));
   EXPECT_THAT(names(json["solver"]),
-              ElementsAre("name", "iterations", "residual", "tolerance", "status", "message", "history"));
+              ElementsAre("name", "iterations", "residual", "tolerance", "status", "message", "history",
+                          "error_bound", "condition", "warning"));
   EXPECT_THAT(names(json["energy"]), ElementsAre("emitted_w", "absorbed_w", "escaped_w", "imbalance"));
   EXPECT_THAT(names(json["seconds"]),
               ElementsAre("read", "mesh", "form_factors", "solve", "error", "write", "total"));

@@ -93,6 +93,47 @@ vertical_fov_deg = 35
   EXPECT_EQ(settings.camera->vertical_fov_deg, 35);
 }
 
+TEST_F(SceneFileTest, TakesTheAbsorptanceInPlaceOfTheReflectance) {
+  // 1 − 10⁻¹² as a double is off by 2·10⁻⁵ of 10⁻¹².
+  const LoadedScene loaded = read("[materials.floor]\nabsorptance = [1e-12, 0.25, 1]\n");
+  const Material& floor = loaded.scene.materials()[0];
+  EXPECT_TRUE((absorptance(floor) == rgb(1e-12, 0.25, 1)).all());
+  EXPECT_TRUE((floor.reflectance == rgb(1 - 1e-12, 0.75, 0)).all());
+  EXPECT_THAT(
+      error("[materials.floor]\nabsorptance = 0.5\nreflectance = 0.5\n"),
+      AllOf(HasSubstr("scene.toml:4"), HasSubstr("material 'floor'"), HasSubstr("exclude each other")));
+  EXPECT_THAT(error("[materials.floor]\nabsorptance = 1.5\n"),
+              AllOf(HasSubstr("scene.toml:3"), HasSubstr("absorptance 1.5 is outside [0, 1]")));
+}
+
+TEST_F(SceneFileTest, ReadsSetUpsOfTheLamps) {
+  const LoadedScene loaded = read("[setup.night]\nlamp = 0.25\n[setup.day]\n");
+  ASSERT_EQ(loaded.setups.size(), 2U);
+  EXPECT_EQ(loaded.setups[0].name, "day");
+  EXPECT_EQ(loaded.setups[0].factors, (std::vector<double>{1, 1}));
+  EXPECT_EQ(loaded.setups[1].name, "night");
+  EXPECT_EQ(loaded.setups[1].factors, (std::vector<double>{1, 0.25}));
+  EXPECT_THAT(error("[setup.night]\nlapm = 0.25\n"),
+              AllOf(StartsWith("scene.toml:2"), HasSubstr("set-up 'night'"), HasSubstr("'lapm'"),
+                    HasSubstr("'lamp'")));
+  EXPECT_THAT(error("[setup.night]\nlamp = -1\n"),
+              AllOf(StartsWith("scene.toml:3"), HasSubstr("at least 0")));
+  EXPECT_THAT(error("[setup.night]\nlamp = 0\n"),
+              AllOf(StartsWith("scene.toml:2"), HasSubstr("every lamp is off")));
+  EXPECT_THAT(error("[setup.\"a/b\"]\nlamp = 1\n"),
+              AllOf(StartsWith("scene.toml:2"), HasSubstr("letters, digits")));
+}
+
+TEST_F(SceneFileTest, ReadsHowTheSolverSteps) {
+  const SceneSettings settings = read("[solver]\nrelaxation = 1.25\nambient = true\n").settings;
+  EXPECT_EQ(settings.relaxation, 1.25);
+  EXPECT_EQ(settings.ambient, true);
+  EXPECT_THAT(error("[solver]\nrelaxation = 2\n"),
+              AllOf(StartsWith("scene.toml:3"), HasSubstr("between 0 and 2")));
+  EXPECT_THAT(error("[solver]\nambient = 1\n"),
+              AllOf(StartsWith("scene.toml:3"), HasSubstr("true or false")));
+}
+
 TEST_F(SceneFileTest, ConvertsEveryUnitToMetres) {
   for (const auto& [unit, metres] :
        {std::pair{"m", 1.0}, {"cm", 0.01}, {"mm", 0.001}, {"in", 0.0254}, {"ft", 0.3048}})
