@@ -28,7 +28,7 @@ using Floats [[gnu::vector_size(kLanes * sizeof(float))]] = float;
 using Doubles [[gnu::vector_size(kLanes * sizeof(double))]] = double;
 
 constexpr std::size_t kRowsAtOnce = 4;   // x comes from the cache once for four rows of F
-constexpr std::size_t kBandsAtOnce = 3;  // 4 × 3 sums stay in registers
+constexpr std::size_t kBandsAtOnce = 4;  // 4 × 4 sums stay in registers
 constexpr std::size_t kStrip = 512;      // columns
 
 // y_rb += Σ_j f_rj x_bj over columns [from, to), for kRows dense rows of F and kBands bands of x, `n` values apart; y has
@@ -64,7 +64,9 @@ RADIOSITY_INLINE void dense_bands(const float* const* f, const double* x, std::s
   std::size_t b = 0;
   for (; b + kBandsAtOnce <= bands; b += kBandsAtOnce)
     dense_tile<kRows, kBandsAtOnce>(f, x + b * n, n, from, to, y + b, bands);
-  if (b + 2 <= bands) {
+  if (b + 3 <= bands) {
+    dense_tile<kRows, 3>(f, x + b * n, n, from, to, y + b, bands);
+  } else if (b + 2 <= bands) {
     dense_tile<kRows, 2>(f, x + b * n, n, from, to, y + b, bands);
   } else if (b < bands) {
     dense_tile<kRows, 1>(f, x + b * n, n, from, to, y + b, bands);
