@@ -107,20 +107,21 @@ int main(int argc, char** argv) {
   CLI::App app{"Irradiance at sensors, compared with path tracing: prints a Markdown table"};
   Index sensors = 200, paths = 200'000;
   bool smallest = false;
-  std::string method = "analytic";
+  std::vector<std::string> methods{"hemisphere", "analytic"};
   std::vector<double> sizes{0.1, 0.05, 0.0275};
   std::vector<Index> samples{512, 1152, 4608, 18432};
   app.add_option("--sensors", sensors, "half of them on surfaces")->capture_default_str();
   app.add_option("--paths", paths, "of the reference, per sensor and seed")->capture_default_str();
   app.add_option("--patch-size", sizes, "m")->capture_default_str();
   app.add_option("--samples", samples, "rays per sensor")->capture_default_str();
-  app.add_option("--method", method, "for the form factors")->capture_default_str();
+  app.add_option("--method", methods, "for the form factors")->capture_default_str();
   app.add_flag("--smallest", smallest, "a few sensors on few patches");
   CLI11_PARSE(app, argc, argv);
   if (smallest) {
     sensors = 8;
     paths = 2000;
     sizes = {0.2};
+    methods = {"analytic"};
     samples = {512};
   }
 
@@ -146,30 +147,34 @@ int main(int argc, char** argv) {
       100 * mean_error(a.irradiance, b.irradiance));
 
   fmt::print(
-      "| patches | solve s (CPU) | rays | probe s (CPU) | mean % | rms % | stated rms % | 10,000 sensors, "
+      "| method | patches | solve s (CPU) | rays | probe s (CPU) | mean % | rms % | stated rms % | 10,000 "
+      "sensors, "
       "CPU s |\n");
-  fmt::print("|---|---|---|---|---|---|---|---|\n");
-  for (const double size : sizes) {
-    watch.lap();
-    const Patches patches = make_patches(scene, PatchSize{size});
-    const Visibility visibility(patches.mesh);
-    const auto form_factors = find_form_factor_method(method).make(visibility);
-    const FormFactorMatrix matrix = assemble(*form_factors, visibility);
-    const RadiositySystem system(matrix, patches.mesh);
-    const Solution solution = solve(*find_solver("conjugate-gradient").make(), system, patches.mesh);
-    const auto [solve_wall, solve_cpu] = watch.lap();
-    for (const Index k : samples) {
-      ProbeOptions options;
-      options.samples = k;
+  fmt::print("|---|---|---|---|---|---|---|---|---|\n");
+  for (const std::string& method : methods) {
+    for (const double size : sizes) {
       watch.lap();
-      const ProbeResult probed =
-          probe(visibility, solution.radiosity, solution.vertex_radiosity, list, options);
-      const auto [probe_wall, probe_cpu] = watch.lap();
-      fmt::print("| {} | {:.2f} ({:.2f}) | {} | {:.3f} ({:.3f}) | {:.3f} | {:.3f} | {:.3f} | {:.2f} |\n",
-                 patches.mesh.patch_count(), solve_wall, solve_cpu, probed.samples, probe_wall, probe_cpu,
-                 100 * mean_error(probed.irradiance, exact), 100 * rms_error(probed.irradiance, exact),
-                 100 * rms(probed.standard_error, exact), probe_cpu * 10'000 / sensors);
-      std::fflush(stdout);
+      const Patches patches = make_patches(scene, PatchSize{size});
+      const Visibility visibility(patches.mesh);
+      const auto form_factors = find_form_factor_method(method).make(visibility);
+      const FormFactorMatrix matrix = assemble(*form_factors, visibility);
+      const RadiositySystem system(matrix, patches.mesh);
+      const Solution solution = solve(*find_solver("conjugate-gradient").make(), system, patches.mesh);
+      const auto [solve_wall, solve_cpu] = watch.lap();
+      for (const Index k : samples) {
+        ProbeOptions options;
+        options.samples = k;
+        watch.lap();
+        const ProbeResult probed =
+            probe(visibility, solution.radiosity, solution.vertex_radiosity, list, options);
+        const auto [probe_wall, probe_cpu] = watch.lap();
+        fmt::print(
+            "| {} | {} | {:.2f} ({:.2f}) | {} | {:.3f} ({:.3f}) | {:.3f} | {:.3f} | {:.3f} | {:.2f} |\n",
+            method, patches.mesh.patch_count(), solve_wall, solve_cpu, probed.samples, probe_wall, probe_cpu,
+            100 * mean_error(probed.irradiance, exact), 100 * rms_error(probed.irradiance, exact),
+            100 * rms(probed.standard_error, exact), probe_cpu * 10'000 / sensors);
+        std::fflush(stdout);
+      }
     }
   }
   return 0;

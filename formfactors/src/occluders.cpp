@@ -56,7 +56,10 @@ double point_factor(const Vec3& x, const Vec3& n, std::span<const Vec3> q) {
 
 Occluders::Occluders(const PatchMesh& mesh, const std::vector<Facet>& facets,
                      const std::vector<PatchGroup>& groups, const Vec3& origin)
-    : slack_(tolerance::kOnPlane * 10 * mesh.diagonal()), groups_(groups) {
+    : slack_(std::max(tolerance::kOnPlane * 10 * mesh.diagonal(),
+                      tolerance::kDegenerateHeight *
+                          std::max(mesh.lower().cwiseAbs().maxCoeff(), mesh.upper().cwiseAbs().maxCoeff()))),
+      groups_(groups) {
   constexpr std::size_t kMostBytes = 1 << 28;
   const auto n = static_cast<std::size_t>(mesh.patch_count());
   for (const Facet& facet : facets) {

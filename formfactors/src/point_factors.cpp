@@ -31,7 +31,8 @@ struct PointFactors::Impl {
   Impl(const Visibility& v, Index rays, std::uint64_t s);
 
   Vec3 beside(const Vec3& x, const Vec3& n, double height) const;
-  void add_single(const Vec3& x, const Vec3& n, Index j, RandomStream& random, View& view) const;
+  void add_single(const Vec3& x, const Vec3& from, const Vec3& n, Index j, RandomStream& random,
+                  View& view) const;
   Single by_rays(const Vec3& x, const Vec3& n, Index j, double whole, RandomStream& random) const;
   void cast(const Vec3& x, const Vec3& n, RandomStream& random, View& view) const;
 
@@ -40,6 +41,7 @@ struct PointFactors::Impl {
   int blocks;  // of 4 × 4 strata along an edge of the unit square
   Vec3 centre;
   double diagonal;
+  double step;  // off a surface, in double precision
   struct Patch {
     Vec3 centroid, normal;  // relative to the centre
     double reach;
@@ -56,7 +58,10 @@ PointFactors::Impl::Impl(const Visibility& v, Index rays, std::uint64_t s)
       seed(s),
       blocks(static_cast<int>(std::ceil(std::sqrt(rays / 32.0)))),
       centre((v.mesh().lower() + v.mesh().upper()) / 2),
-      diagonal(v.mesh().diagonal()) {
+      diagonal(v.mesh().diagonal()),
+      step(tolerance::kBesideSurface * diagonal +
+           tolerance::kDegenerateHeight *
+               std::max(v.mesh().lower().cwiseAbs().maxCoeff(), v.mesh().upper().cwiseAbs().maxCoeff())) {
   const PatchMesh& mesh = visibility.mesh();
   std::size_t lamps = 0;
   for (Index i = 0; i < mesh.patch_count(); ++i) {
@@ -118,8 +123,9 @@ Vec3 PointFactors::Impl::beside(const Vec3& x, const Vec3& n, double height) con
   return y;
 }
 
-void PointFactors::Impl::add_single(const Vec3& x, const Vec3& n, Index j, RandomStream& random,
-                                    View& view) const {
+// Shadow rays start at `from`.
+void PointFactors::Impl::add_single(const Vec3& x, const Vec3& from, const Vec3& n, Index j,
+                                    RandomStream& random, View& view) const {
   const PatchMesh& mesh = visibility.mesh();
   const Patch& patch = patches[static_cast<std::size_t>(j)];
   if (patch.normal.dot(x - patch.centroid) <= 0 || visibility.covered(j)) return;
@@ -145,7 +151,7 @@ void PointFactors::Impl::add_single(const Vec3& x, const Vec3& n, Index j, Rando
       single.factor = occluders->visible_point_factor(x, n, seen, whole, scratch);
       break;
     case Occluders::View::crowded:
-      single = by_rays(x, n, j, whole, random);
+      single = by_rays(from, n, j, whole, random);
       break;
   }
   // Hidden ones too: what a ray finds of them by rounding is counted once.
@@ -253,14 +259,15 @@ void PointFactors::view(const Vec3& x, const Vec3& n, std::uint64_t stream, View
   }
   view.singles.clear();
   const Vec3 centred = x - impl_->centre;
-  const Vec3 near = impl_->beside(centred, n, tolerance::kBesideSurface * impl_->diagonal);
+  const Vec3 near = impl_->beside(centred, n, impl_->step);
+  const Vec3 off = impl_->beside(centred, n, tolerance::kContact * impl_->diagonal);
   if (impl_->occluders) impl_->occluders->look_from(near, n, scratch);
   for (std::size_t j = 0; j < count; ++j) {
     const auto& patch = impl_->patches[j];
     if (patch.lamp || (near - patch.centroid).squaredNorm() < patch.reach * patch.reach)
-      impl_->add_single(near, n, static_cast<Index>(j), random, view);
+      impl_->add_single(near, off, n, static_cast<Index>(j), random, view);
   }
-  impl_->cast(impl_->beside(centred, n, tolerance::kContact * impl_->diagonal), n, random, view);
+  impl_->cast(off, n, random, view);
 }
 
 }  // namespace radiosity
