@@ -151,6 +151,7 @@ void PointFactors::Impl::add_single(const Vec3& x, const Vec3& from, const Vec3&
       single.factor = occluders->visible_point_factor(x, n, seen, whole, scratch);
       break;
     case Occluders::View::crowded:
+      if (!patch.lamp) return;  // the rays of the hemisphere see it as well
       single = by_rays(from, n, j, whole, random);
       break;
   }

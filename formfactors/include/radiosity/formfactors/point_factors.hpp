@@ -43,11 +43,12 @@ class PointFactors {
 
   /// Singles are
   ///   patches that emit (unless they are more than kMostLamps), which rays would find by chance only, and
-  ///   patches whose centroid is nearer than kNear of their radii: with all of them the variance falls up to ten times, but a
-  ///   point costs as many nanoseconds as the mesh has patches, times 40; these take a fifth of the time of the rays.
+  ///   patches whose centroid is nearer than kNear of their radii. All patches would take the variance down by one to two orders,
+  ///   but each costs about 200 ns; these add at most a half to the time of 1152 rays.
   /// Lambert's formula [Lambert1760] for what is left of the patch when the horizon and the shadows of the walls are cut
-  /// away: exact. Where the scene has too many walls, or more than a few stand between, the formula for the whole patch less
-  /// what stratified shadow rays find hidden: unbiased, with the variance that pairs of rays in one stratum tell.
+  /// away: exact. Where the scene has too many walls, or more than a few stand between, near patches are left to the rays, and
+  /// lamps take the formula for the whole patch less what stratified shadow rays find hidden: unbiased, with the variance that
+  /// pairs of rays in one stratum tell.
   /// The stream of random numbers depends on the seed and `stream`.
   void view(const Vec3& x, const Vec3& n, std::uint64_t stream, View& view) const;
 
