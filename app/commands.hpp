@@ -12,5 +12,6 @@ int run_solve(const Options& options);
 int run_factors(const Options& options);
 int run_inspect(const Options& options);
 int run_view(const Options& options);
+int run_probe(const Options& options);
 
 }  // namespace radiosity::app

@@ -35,6 +35,7 @@ int run(const Options& options) {
   if (options.command == "solve") return run_solve(options);
   if (options.command == "factors") return run_factors(options);
   if (options.command == "inspect") return run_inspect(options);
+  if (options.command == "probe") return run_probe(options);
   return run_view(options);
 }
 

@@ -15,6 +15,7 @@
 
 #include "radiosity/formfactors/form_factor_method.hpp"
 #include "radiosity/io/nearest_name.hpp"
+#include "radiosity/solver/probe.hpp"
 #include "radiosity/solver/solver.hpp"
 
 namespace radiosity::app {
@@ -163,6 +164,7 @@ class Parser {
     add_factors();
     add_inspect();
     add_view();
+    add_probe();
   }
 
   /// False when help or version was printed.
@@ -246,6 +248,10 @@ class Parser {
                                                 defaults_of("resolution"))),
                 "N", whole<Index>(1, kMaxIndex))
         ->group(group);
+    add_seed(command, group);
+  }
+
+  void add_seed(CLI::App* command, const std::string& group) {
     add_checked(
         command->add_option("--seed", options_.flags.seed,
                             fmt::format("Of the random numbers. Default: {}", FormFactorOptions{}.seed)),
@@ -395,6 +401,31 @@ class Parser {
     add_general(command);
     command->footer(
         "Without --scene and --position the camera is the scene file's own, or one that has all in view.");
+  }
+
+  void add_probe() {
+    CLI::App* command =
+        add_command("probe", "Measure irradiance at points", "A solved .vtp, as radiosity solve writes it");
+    add_output(command, "H.csv", "Irradiance and its standard error, in W/m² (required)");
+    command
+        ->add_option("--points", options_.points_file,
+                     "The sensors: a line 'x y z nx ny nz' each, position in m\n"
+                     "and the direction it faces, of any length; blank lines\n"
+                     "and # comments are skipped (required)")
+        ->required()
+        ->option_text("P.txt")
+        ->group("Files");
+    const std::string group = "Gathering";
+    add_checked(command->add_option(
+                    "--samples", options_.flags.samples,
+                    fmt::format("Rays per sensor, rounded up to 32 k². Default: {}", ProbeOptions{}.samples)),
+                "N", whole<Index>(1, 1 << 20))
+        ->group(group);
+    add_seed(command, group);
+    add_general(command);
+    command->footer(
+        "Light is gathered afresh at each sensor, with visibility: lamps and near patches by exact factors,\n"
+        "the rest by rays. The standard error is that of the rays; the solution's own error comes on top.");
   }
 
   std::vector<std::string> commands() const {

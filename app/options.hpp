@@ -23,9 +23,9 @@ class UsageError : public std::runtime_error {
 
 /// The command line as values. Where a flag was not given its optional is empty or its path is.
 struct Options {
-  std::string command;       ///< solve | factors | inspect | view
+  std::string command;       ///< solve | factors | inspect | view | probe
   std::string command_line;  ///< as it could be typed again
-  std::filesystem::path scene, output, report_file, series_file;
+  std::filesystem::path scene, output, report_file, series_file, points_file;
   SceneSettings flags;  ///< what overrides the scene file; `camera` is not used
   int threads = 0;      ///< 0: every core
   bool quiet = false;

@@ -56,7 +56,10 @@ double point_factor(const Vec3& x, const Vec3& n, std::span<const Vec3> q) {
 
 Occluders::Occluders(const PatchMesh& mesh, const std::vector<Facet>& facets,
                      const std::vector<PatchGroup>& groups, const Vec3& origin)
-    : slack_(tolerance::kOnPlane * 10 * mesh.diagonal()), groups_(groups) {
+    : slack_(std::max(tolerance::kOnPlane * 10 * mesh.diagonal(),
+                      tolerance::kDegenerateHeight *
+                          std::max(mesh.lower().cwiseAbs().maxCoeff(), mesh.upper().cwiseAbs().maxCoeff()))),
+      groups_(groups) {
   constexpr std::size_t kMostBytes = 1 << 28;
   const auto n = static_cast<std::size_t>(mesh.patch_count());
   for (const Facet& facet : facets) {
@@ -208,6 +211,10 @@ Occluders::View Occluders::classify(Index i, std::span<const Vec3> p, Index j, s
       continue;
     scratch.candidates.push_back(o);
   }
+  return narrow(p, q, scratch);
+}
+
+Occluders::View Occluders::narrow(std::span<const Vec3> p, std::span<const Vec3> q, Scratch& scratch) const {
   if (scratch.candidates.empty()) return View::free;
   make_shaft(p, q, scratch);
   std::erase_if(scratch.candidates,
@@ -218,6 +225,36 @@ Occluders::View Occluders::classify(Index i, std::span<const Vec3> p, Index j, s
   for (const int o : scratch.candidates)
     if (hides(polygons_[static_cast<std::size_t>(o)], p, q)) return View::hidden;
   return View::partial;
+}
+
+void Occluders::look_from(const Vec3& x, const Vec3& n, Scratch& scratch) const {
+  scratch.near.clear();
+  const double horizon = n.dot(x) + slack_;
+  for (std::size_t o = 0; o < polygons_.size(); ++o) {
+    const Convex& polygon = polygons_[o];
+    if (std::abs(polygon.normal.dot(x) - polygon.offset) > slack_ &&
+        std::any_of(polygon.corners.begin(), polygon.corners.end(),
+                    [&](const Vec3& c) { return n.dot(c) > horizon; }))
+      scratch.near.push_back(static_cast<int>(o));
+  }
+}
+
+Occluders::View Occluders::classify(const Vec3& x, Index j, std::span<const Vec3> q, Scratch& scratch) const {
+  scratch.candidates.clear();
+  Box box = box_of(q);
+  box.extend(x);
+  for (const int o : scratch.near) {
+    const Convex& polygon = polygons_[static_cast<std::size_t>(o)];
+    const std::size_t word = static_cast<std::size_t>(j) * words_ + static_cast<std::size_t>(o) / 64;
+    const auto bit = [&](const std::vector<std::uint64_t>& mask) {
+      return (mask[word] >> (o % 64) & 1) != 0;
+    };
+    const bool in_front = polygon.normal.dot(x) > polygon.offset;
+    if (!bit(in_front ? patch_sides_.front : patch_sides_.back) && bit(patch_sides_.facing) &&
+        box.intersects(polygon.box))
+      scratch.candidates.push_back(o);
+  }
+  return narrow(std::span(&x, 1), q, scratch);
 }
 
 double Occluders::visible_point_factor(const Vec3& x, const Vec3& n, std::span<const Vec3> q, double all,

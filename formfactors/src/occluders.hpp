@@ -50,6 +50,13 @@ class Occluders {
   /// Crowded: so many polygons may stand between them that rays are cheaper. p and q are convex.
   View classify(Index i, std::span<const Vec3> p, Index j, std::span<const Vec3> q, Scratch& scratch) const;
 
+  /// Leaves in scratch.near what may stand between a point x with normal n and any patch: what has x on one side and reaches
+  /// above its horizon.
+  void look_from(const Vec3& x, const Vec3& n, Scratch& scratch) const;
+
+  /// As classify, between the x of look_from and q, part of patch j.
+  View classify(const Vec3& x, Index j, std::span<const Vec3> q, Scratch& scratch) const;
+
   /// Factor from a point x with normal n to the part of q that scratch.candidates leave visible; `all` is the factor to
   /// all of q.
   double visible_point_factor(const Vec3& x, const Vec3& n, std::span<const Vec3> q, double all,
@@ -72,6 +79,8 @@ class Occluders {
 
   void mark(Sides& sides, std::size_t i, std::span<const Vec3> corners, const Vec3& normal,
             double offset) const;
+  // Keeps of scratch.candidates what reaches into the shaft between p and q.
+  View narrow(std::span<const Vec3> p, std::span<const Vec3> q, Scratch& scratch) const;
   void make_shaft(std::span<const Vec3> p, std::span<const Vec3> q, Scratch& scratch) const;
   bool in_shaft(const Convex& polygon, const Scratch& scratch) const;
   bool hides(const Convex& polygon, std::span<const Vec3> p, std::span<const Vec3> q) const;

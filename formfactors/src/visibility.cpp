@@ -94,6 +94,10 @@ struct Visibility::Impl {
   std::vector<PatchLocator> locators;  // of facets
   std::vector<Plane> planes;           // of patches, scaled
 
+  const Plane* plane_of(Index patch) const {
+    return patch == kNothing ? nullptr : &planes[static_cast<std::size_t>(patch)];
+  }
+
   ~Impl() {
     if (scene != nullptr) rtcReleaseScene(scene);
     if (device != nullptr) rtcReleaseDevice(device);
@@ -134,7 +138,7 @@ struct Visibility::Impl {
 // looked at.
 void Visibility::Impl::filter(const RTCFilterFunctionNArguments* args) {
   const auto* context = reinterpret_cast<const Context*>(args->context);
-  if (context->from == nullptr && !context->fronts_only) return;
+  if (context->from == nullptr && context->to == nullptr && !context->fronts_only) return;
   const unsigned n = args->N;
   for (unsigned k = 0; k < n; ++k) {
     if (args->valid[k] == 0) continue;
@@ -275,7 +279,7 @@ void Visibility::first_hits(Packet& packet) const {
   rtcInitIntersectContext(&context.base);
   context.base.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
   context.impl = impl_.get();
-  context.from = &impl_->planes[static_cast<std::size_t>(packet.from)];
+  context.from = impl_->plane_of(packet.from);
   context.to = nullptr;
 
   alignas(64) std::array<int, 16> valid;
@@ -302,6 +306,7 @@ void Visibility::first_hits(Packet& packet) const {
   for (int k = 0; k < packet.count; ++k) {
     const auto i = static_cast<std::size_t>(k);
     packet.hit[i] = kNothing;
+    packet.distance[i] = rays.ray.tfar[i];
     valid[i] = 0;
     if (rays.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
     const bool front = impl_->shows_front(rays.hit.primID[i], packet.dx[i], packet.dy[i], packet.dz[i]);
@@ -331,7 +336,7 @@ void Visibility::blocked(SightLines& lines) const {
   Impl::Context context{};
   rtcInitIntersectContext(&context.base);
   context.impl = impl_.get();
-  context.from = &impl_->planes[static_cast<std::size_t>(lines.from)];
+  context.from = impl_->plane_of(lines.from);
   context.to = &impl_->planes[static_cast<std::size_t>(lines.to)];
 
   alignas(64) std::array<int, 16> valid;

@@ -170,7 +170,8 @@ class SolutionReader {
 
  private:
   [[noreturn]] void fail(const std::string& what) const {
-    throw IoError(fmt::format("{}: is not a solved scene: it {}", file_.string(), what));
+    throw IoError(
+        fmt::format("{}: is not a solved scene, as radiosity solve writes one: it {}", file_.string(), what));
   }
 
   BandArray cells(const char* name) const {
@@ -229,7 +230,8 @@ void write_solution(const fs::path& file, const PatchMesh& mesh, const Solution&
 SolvedMesh read_solution(const fs::path& file) {
   require_readable(file);
   if (lower_case_extension(file) != ".vtp")
-    throw IoError(fmt::format("{}: a solved scene has the extension .vtp", file.string()));
+    throw IoError(
+        fmt::format("{}: a solved scene has the extension .vtp; radiosity solve writes one", file.string()));
   vtkNew<vtkXMLPolyDataReader> reader;
   read_xml(*reader, file);
   return SolutionReader(file, *reader->GetOutput()).read();

@@ -35,7 +35,7 @@ TEST_F(CommandLine, PrintsItsVersion) {
 TEST_F(CommandLine, HelpListsEveryCommand) {
   const Outcome result = run({"--help"});
   EXPECT_EQ(result.status, 0);
-  for (const char* command : {"solve", "factors", "inspect", "view", "--version"})
+  for (const char* command : {"solve", "factors", "inspect", "view", "probe", "--version"})
     EXPECT_THAT(result.out, HasSubstr(command));
 }
 
@@ -52,7 +52,8 @@ TEST_F(CommandLine, HelpOfEachCommandListsEveryOption) {
        {"--patch-size", "--samples", "--resolution", "--seed", "--report", "--threads", "--quiet"}},
       {"view",
        {"--output", "--scene", "--position", "--target", "--up", "--fov-deg", "--width", "--height",
-        "--exposure", "--threads", "--quiet"}}};
+        "--exposure", "--threads", "--quiet"}},
+      {"probe", {"--output", "--points", "--samples", "--seed", "--threads", "--quiet"}}};
   for (const auto& [command, options] : commands) {
     const Outcome result = run({command, "--help"});
     EXPECT_EQ(result.status, 0);
@@ -99,10 +100,11 @@ TEST_F(CommandLine, NamesTheNearestMethodAndSolverToAnUnknownOne) {
 }
 
 TEST_F(CommandLine, AsksForWhatIsMissing) {
-  expect_usage_error({}, "solve, factors, inspect, view");
+  expect_usage_error({}, "solve, factors, inspect, view, probe");
   expect_usage_error({"solve"}, "SCENE");
   expect_usage_error({"solve", "a.obj"}, "--output");
   expect_usage_error({"solve", "a.obj", "-o"}, "--output");
+  expect_usage_error({"probe", "a.vtp", "-o", "b.csv"}, "--points");
 }
 
 TEST_F(CommandLine, RefusesASecondScene) {

@@ -185,7 +185,9 @@ TEST(ReadSolution, NamesWhatAForeignFileLacks) {
     writer->SetInputData(data);
     writer->Write();
     EXPECT_EQ(message_of<IoError>([&] { read_solution(file); }),
-              file.string() + ": is not a solved scene: it has no cell array '" + name + "'");
+              file.string() +
+                  ": is not a solved scene, as radiosity solve writes one: it has no cell array '" + name +
+                  "'");
   }
 }
 

@@ -232,6 +232,13 @@ class SceneBuilder {
     }
   }
 
+  /// Four corners, counter-clockwise from the front.
+  void quad(const std::array<Vec3, 4>& corners, Index material) {
+    const auto first = static_cast<Index>(arrays_.vertices.size());
+    arrays_.vertices.insert(arrays_.vertices.end(), corners.begin(), corners.end());
+    arrays_.add_face(std::array<Index, 4>{first, first + 1, first + 2, first + 3}, material);
+  }
+
   Scene build() { return Scene(std::move(arrays_)); }
 
  private:
@@ -279,6 +286,33 @@ Scene two_furnished_rooms() {
   // Lamps of 1 m² under both ceilings.
   scene.box({2.2, 2.4, 2.85}, {3.2, 3.4, 2.9}, 3, Facing::outward);
   scene.box({7.2, 2.4, 2.85}, {8.2, 3.4, 2.9}, 3, Facing::outward);
+  return scene.build();
+}
+
+Scene closed_cornell_box() {
+  const auto colour = [](const char* name, double red, double green, double blue) {
+    Material material = grey(name, 0, 0);
+    material.reflectance = Eigen::Array3d(red, green, blue);
+    material.emission = Eigen::Array3d::Zero();
+    return material;
+  };
+  Material lamp = colour("lamp", 0.78, 0.78, 0.78);
+  lamp.emission = Eigen::Array3d(17, 11.8, 4);
+  SceneBuilder scene({colour("white", 0.73, 0.74, 0.71), colour("red", 0.58, 0.09, 0.06),
+                      colour("green", 0.13, 0.35, 0.12), lamp});
+  constexpr double a = 0.55;
+  scene.quad({{{0, 0, 0}, {a, 0, 0}, {a, a, 0}, {0, a, 0}}}, 0);  // floor
+  scene.quad({{{0, 0, 0}, {0, a, 0}, {0, a, a}, {0, 0, a}}}, 1);
+  scene.quad({{{a, 0, 0}, {a, 0, a}, {a, a, a}, {a, a, 0}}}, 2);
+  scene.quad({{{0, 0, 0}, {0, 0, a}, {a, 0, a}, {a, 0, 0}}}, 0);  // front
+  scene.quad({{{0, a, 0}, {a, a, 0}, {a, a, a}, {0, a, a}}}, 0);  // back
+  const std::array<double, 4> x{0, 0.21, 0.34, a}, y{0, 0.22, 0.33, a};
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j)  // the ceiling, the lamp in its middle
+      scene.quad({{{x[i], y[j], a}, {x[i], y[j + 1], a}, {x[i + 1], y[j + 1], a}, {x[i + 1], y[j], a}}},
+                 i == 1 && j == 1 ? 3 : 0);
+  scene.box({0.29, 0.08, 0}, {0.455, 0.245, 0.165}, 0, Facing::outward, -0.29);  // short block
+  scene.box({0.1, 0.27, 0}, {0.265, 0.435, 0.33}, 0, Facing::outward, 0.3);      // tall block
   return scene.build();
 }
 

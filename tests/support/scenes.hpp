@@ -90,6 +90,10 @@ Scene box_on_floor();
 /// that shines from all its sides, 1 m² of it downwards.
 Scene two_furnished_rooms();
 
+/// A Cornell box of side 0.55 m with a front wall, so that it is closed: red and green side walls, two turned blocks on the
+/// floor, a lamp of 0.13 × 0.11 m flush with the ceiling; three bands. z is up.
+Scene closed_cornell_box();
+
 PatchMesh transformed(const PatchMesh& mesh, const Eigen::Affine3d& transform);
 
 }  // namespace radiosity::test

@@ -42,20 +42,22 @@ class Visibility {
   static constexpr Index kNothing = -1;  ///< the ray leaves the scene
   static constexpr Index kBack = -2;     ///< the ray ends on the back of a patch
 
-  /// Up to 16 rays that start on one patch.
+  /// Up to 16 rays that start on one patch, or anywhere.
   struct Packet {
-    Index from = 0;  ///< the patch they start on
+    Index from = 0;  ///< the patch they start on; kNothing: none
     int count = 0;
     alignas(64) std::array<float, 16> x{}, y{}, z{};     ///< origins, in scaled coordinates (see `scaled`)
     alignas(64) std::array<float, 16> dx{}, dy{}, dz{};  ///< directions, any length
     alignas(64) std::array<Index, 16> hit{};  ///< out: patch seen from its front, kNothing or kBack
+    alignas(64)
+        std::array<float, 16> distance{};  ///< out: to what is hit, in lengths of the direction; ∞: nothing
   };
   void first_hits(Packet& packet) const;
 
   /// Position in the unit-size coordinates of the rays.
   Vec3 scaled(const Vec3& x) const { return (x - centre_) * scale_; }
 
-  /// Up to 16 sight lines between a point on patch `from` and a point on patch `to`.
+  /// Up to 16 sight lines between a point on patch `from` (kNothing: anywhere) and a point on patch `to`.
   struct SightLines {
     Index from = 0, to = 0;
     int count = 0;

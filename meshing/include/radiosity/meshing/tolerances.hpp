@@ -26,6 +26,10 @@ inline constexpr double kStraight = 1e-9;
 /// 20 m building. Contact only adds cut lines; it never moves a vertex.
 inline constexpr double kContact = 1e-6;
 
+/// A sensor on a surface stands kBesideSurface · (scene diagonal), and the rounding of the coordinates, in front of it: far above the
+/// rounding of double precision, far below what irradiance could tell. Its rays, in single precision, start at kContact.
+inline constexpr double kBesideSurface = 1e-9;
+
 /// An edge of n · size takes n pieces, not n + 1, although rounding may make it longer by this share (and by the
 /// rounding of its coordinates, kDegenerateHeight · max|x|).
 inline constexpr double kWholePieces = 1e-9;

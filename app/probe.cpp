@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "radiosity/solver/probe.hpp"
+
+#include <cmath>
+#include <vector>
+
+#include "commands.hpp"
+#include "radiosity/formfactors/visibility.hpp"
+#include "radiosity/io/output.hpp"
+#include "radiosity/io/sensors.hpp"
+#include "radiosity/io/solution_file.hpp"
+#include "stages.hpp"
+
+namespace radiosity::app {
+
+int run_probe(const Options& options) {
+  Job job(options);
+  check_outputs(options, ".csv");
+  const std::vector<Sensor> sensors = read_sensors(options.points_file);
+  const SolvedMesh solved = read_solution(options.scene);
+  job.report.seconds.read = job.stage.lap();
+  job.console.line("solution", "{}, {} patches", options.scene.string(), solved.mesh.patch_count());
+
+  const Visibility visibility(solved.mesh);
+  ProbeOptions probe_options;
+  probe_options.samples = options.flags.samples.value_or(probe_options.samples);
+  probe_options.seed = options.flags.seed.value_or(probe_options.seed);
+  ProgressBar bar(job.console, "gathering");
+  probe_options.progress = [&](double fraction) { return bar(fraction); };
+  const ProbeResult result =
+      probe(visibility, solved.patch_radiosity, solved.vertex_radiosity, sensors, probe_options);
+  job.report.seconds.solve = job.stage.lap();
+
+  // Half a list would look like a whole one: nothing of it is written.
+  Outputs outputs(job);
+  if (result.completed) {
+    const double mean = result.irradiance.mean();
+    job.console.line(
+        "sensors", "{} with {} rays each; irradiance {:.4g} W/m² in the mean, standard error {:.2g} W/m² rms",
+        sensors.size(), result.samples, mean, std::sqrt(result.standard_error.square().mean()));
+    write_irradiance(options.output, sensors, result);
+    outputs.written(options.output);
+  } else {
+    job.console.line("sensors", "interrupted; nothing is written");
+  }
+  outputs.finish();
+  return result.completed ? kDone : kNotConverged;
+}
+
+}  // namespace radiosity::app

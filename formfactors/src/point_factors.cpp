@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "radiosity/formfactors/point_factors.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+#include "occluders.hpp"
+#include "patch_groups.hpp"
+#include "polygon_factor.hpp"
+#include "radiosity/meshing/tolerances.hpp"
+#include "sampling.hpp"
+
+namespace radiosity {
+namespace {
+
+thread_local Occluders::Scratch scratch;
+
+struct Wall {
+  std::vector<Vec3> corners;  // relative to the centre
+  Vec3 normal;
+  Eigen::AlignedBox3d box;  // of what touches it
+};
+
+}  // namespace
+
+struct PointFactors::Impl {
+  Impl(const Visibility& v, Index rays, std::uint64_t s);
+
+  Vec3 beside(const Vec3& x, const Vec3& n, double height) const;
+  void add_single(const Vec3& x, const Vec3& from, const Vec3& n, Index j, RandomStream& random,
+                  View& view) const;
+  Single by_rays(const Vec3& x, const Vec3& n, Index j, double whole, RandomStream& random) const;
+  void cast(const Vec3& x, const Vec3& n, RandomStream& random, View& view) const;
+
+  const Visibility& visibility;
+  std::uint64_t seed;
+  int blocks;  // of 4 × 4 strata along an edge of the unit square
+  Vec3 centre;
+  double diagonal;
+  double step;  // off a surface, in double precision
+  struct Patch {
+    Vec3 centroid, normal;  // relative to the centre
+    double reach;
+    bool lamp;
+  };
+  std::vector<Patch> patches;
+  std::vector<Wall> walls;
+  std::vector<PatchGroup> groups;
+  std::optional<Occluders> occluders;  // absent where shadow rays are used
+};
+
+PointFactors::Impl::Impl(const Visibility& v, Index rays, std::uint64_t s)
+    : visibility(v),
+      seed(s),
+      blocks(static_cast<int>(std::ceil(std::sqrt(rays / 32.0)))),
+      centre((v.mesh().lower() + v.mesh().upper()) / 2),
+      diagonal(v.mesh().diagonal()),
+      step(tolerance::kBesideSurface * diagonal +
+           tolerance::kDegenerateHeight *
+               std::max(v.mesh().lower().cwiseAbs().maxCoeff(), v.mesh().upper().cwiseAbs().maxCoeff())) {
+  const PatchMesh& mesh = visibility.mesh();
+  std::size_t lamps = 0;
+  for (Index i = 0; i < mesh.patch_count(); ++i) {
+    double radius = 0;
+    for (const Index c : mesh.corners(i))
+      radius = std::max(radius, (mesh.vertex(c) - mesh.centroid(i)).norm());
+    const bool lamp = (mesh.material_of(i).emission > 0).any();
+    lamps += lamp ? 1 : 0;
+    patches.push_back({mesh.centroid(i) - centre, mesh.normal(i), kNear * radius, lamp});
+  }
+  if (lamps > kMostLamps)
+    for (Patch& patch : patches) patch.lamp = false;
+  for (const Facet& facet : visibility.facets()) {
+    for (const Facet::Piece& piece : facet.pieces) {
+      Wall& wall = walls.emplace_back(Wall{piece.corners, piece.normal, {}});
+      for (Vec3& c : wall.corners) {
+        c -= centre;
+        wall.box.extend(c);
+      }
+      const Vec3 margin = Vec3::Constant(tolerance::kContact * diagonal);
+      wall.box.extend(Vec3(wall.box.min() - margin));
+      wall.box.extend(Vec3(wall.box.max() + margin));
+    }
+  }
+  groups = patch_groups(mesh, visibility.facets(), centre);
+  occluders.emplace(mesh, visibility.facets(), groups, centre);
+  if (!occluders->usable()) occluders.reset();
+}
+
+// Points are relative to the centre from here on.
+
+// x, or where it lies on surfaces, a point at least `height` from each of them. Where several meet, to step off one may lead back
+// to another: repeated, the steps converge.
+Vec3 PointFactors::Impl::beside(const Vec3& x, const Vec3& n, double height) const {
+  const double touch = tolerance::kContact * diagonal;
+  struct Plane {
+    Vec3 normal, point;  // normal towards the side that x is on
+  };
+  std::vector<Plane> planes;
+  for (const Wall& wall : walls) {
+    if (!wall.box.contains(x)) continue;
+    const auto& c = wall.corners;
+    bool on = std::abs(wall.normal.dot(x - c[0])) <= touch;
+    for (std::size_t k = 0; on && k < c.size(); ++k) {
+      const Vec3 edge = c[k + 1 == c.size() ? 0 : k + 1] - c[k];
+      on = wall.normal.dot(edge.cross(x - c[k])) >= -touch * edge.norm();
+    }
+    if (on)
+      planes.push_back({n.dot(wall.normal) < -tolerance::kParallel ? Vec3(-wall.normal) : wall.normal, c[0]});
+  }
+  constexpr int kPasses = 16;
+  Vec3 y = x;
+  for (int pass = 0; pass < kPasses; ++pass) {
+    for (const Plane& plane : planes) {
+      const double lacking = height - plane.normal.dot(y - plane.point);
+      if (lacking > 0) y += lacking * plane.normal;
+    }
+  }
+  return y;
+}
+
+// Shadow rays start at `from`.
+void PointFactors::Impl::add_single(const Vec3& x, const Vec3& from, const Vec3& n, Index j,
+                                    RandomStream& random, View& view) const {
+  const PatchMesh& mesh = visibility.mesh();
+  const Patch& patch = patches[static_cast<std::size_t>(j)];
+  if (patch.normal.dot(x - patch.centroid) <= 0 || visibility.covered(j)) return;
+  thread_local std::vector<Vec3> corners;
+  corners.clear();
+  for (const Index c : mesh.corners(j)) corners.push_back(mesh.vertex(c) - centre);
+  double low = std::numeric_limits<double>::infinity();
+  for (const Vec3& c : corners) low = std::min(low, n.dot(c - x));
+  const std::vector<Vec3> seen =
+      low < 0 ? clip(corners, n, n.dot(x), tolerance::kOnPlane * diagonal) : corners;
+  if (seen.size() < 3) return;
+  const double whole = point_factor(x, n, seen);
+  if (!(whole > 0)) return;
+  const auto view_of = occluders ? occluders->classify(x, j, seen, scratch) : Occluders::View::crowded;
+  Single single{j, 0, 0};
+  switch (view_of) {
+    case Occluders::View::hidden:
+      break;
+    case Occluders::View::free:
+      single.factor = whole;
+      break;
+    case Occluders::View::partial:
+      single.factor = occluders->visible_point_factor(x, n, seen, whole, scratch);
+      break;
+    case Occluders::View::crowded:
+      if (!patch.lamp) return;  // the rays of the hemisphere see it as well
+      single = by_rays(from, n, j, whole, random);
+      break;
+  }
+  // Hidden ones too: what a ray finds of them by rounding is counted once.
+  view.singles.push_back(single);
+  view.stamps[static_cast<std::size_t>(j)] = view.stamp;
+}
+
+// F(visible) = F(whole) − ∫ (1 − V) cosθ cosθ' / (π r²) dA, the integral by two points in each of 4 × 4 equal parts of the patch.
+PointFactors::Single PointFactors::Impl::by_rays(const Vec3& x, const Vec3& n, Index j, double whole,
+                                                 RandomStream& random) const {
+  const PatchMesh& mesh = visibility.mesh();
+  const PatchSampler sampler(mesh, j);
+  const Vec3& normal = mesh.normal(j);
+  const Eigen::Vector3f from = visibility.scaled(x + centre).cast<float>();
+  std::array<std::array<double, 16>, 2> hidden{};
+  for (auto& replicate : hidden) {
+    Visibility::SightLines lines;
+    lines.from = Visibility::kNothing;
+    lines.to = j;
+    lines.count = 16;
+    for (std::size_t k = 0; k < 16; ++k) {
+      const Sample2 s{(static_cast<double>(k % 4) + random.uniform()) / 4,
+                      (static_cast<double>(k / 4) + random.uniform()) / 4};
+      const Vec3 y = sampler.at(s);
+      const Vec3 r = y - centre - x;
+      const double r2 = r.squaredNorm();
+      replicate[k] = mesh.area(j) * std::max(0.0, n.dot(r)) * std::max(0.0, -normal.dot(r)) /
+                     (std::numbers::pi * r2 * r2);
+      const Eigen::Vector3f to = visibility.scaled(y).cast<float>();
+      lines.x[k] = from.x();
+      lines.y[k] = from.y();
+      lines.z[k] = from.z();
+      lines.tx[k] = to.x();
+      lines.ty[k] = to.y();
+      lines.tz[k] = to.z();
+    }
+    visibility.blocked(lines);
+    for (std::size_t k = 0; k < 16; ++k)
+      if (!lines.blocked[k]) replicate[k] = 0;
+  }
+  Single single{j, whole, 0};
+  for (std::size_t k = 0; k < 16; ++k) {
+    const double a = hidden[0][k];
+    const double b = hidden[1][k];
+    single.factor -= (a + b) / 32;
+    single.variance += (a - b) * (a - b) / (4 * 16 * 16);
+  }
+  return single;
+}
+
+void PointFactors::Impl::cast(const Vec3& x, const Vec3& n, RandomStream& random, View& view) const {
+  view.rays.resize(static_cast<std::size_t>(32 * blocks * blocks));
+  Vec3 t, b;
+  tangents(n, t, b);
+  const double cell = 1.0 / (4 * blocks);
+  const double metre = diagonal;  // of one unit of the scaled scene
+  const Eigen::Vector3f start = visibility.scaled(x + centre).cast<float>();
+  Visibility::Packet packet;
+  packet.from = Visibility::kNothing;
+  packet.count = 16;
+  packet.x.fill(start.x());
+  packet.y.fill(start.y());
+  packet.z.fill(start.z());
+  std::array<Vec3, 16> directions;
+  for (int block = 0; block < blocks * blocks; ++block) {
+    for (int replicate = 0; replicate < 2; ++replicate) {
+      for (int k = 0; k < 16; ++k) {
+        const auto lane = static_cast<std::size_t>(k);
+        const Sample2 disk = concentric_disk({(block % blocks * 4 + k % 4 + random.uniform()) * cell,
+                                              (block / blocks * 4 + k / 4 + random.uniform()) * cell});
+        const double z = std::sqrt(std::max(0.0, 1 - disk.u * disk.u - disk.v * disk.v));
+        directions[lane] = disk.u * t + disk.v * b + z * n;
+        packet.dx[lane] = static_cast<float>(directions[lane].x());
+        packet.dy[lane] = static_cast<float>(directions[lane].y());
+        packet.dz[lane] = static_cast<float>(directions[lane].z());
+      }
+      visibility.first_hits(packet);
+      for (int k = 0; k < 16; ++k) {
+        const auto lane = static_cast<std::size_t>(k);
+        Ray& ray = view.rays[static_cast<std::size_t>(2 * (16 * block + k) + replicate)];
+        ray.patch = packet.hit[lane];
+        ray.single = ray.patch >= 0 && view.stamps[static_cast<std::size_t>(ray.patch)] == view.stamp;
+        if (ray.patch >= 0)
+          ray.hit = x + centre + static_cast<double>(packet.distance[lane]) * metre * directions[lane];
+      }
+    }
+  }
+}
+
+PointFactors::PointFactors(const Visibility& visibility, Index rays, std::uint64_t seed)
+    : impl_(std::make_unique<Impl>(visibility, rays, seed)) {}
+
+PointFactors::~PointFactors() = default;
+
+Index PointFactors::rays() const {
+  return 32 * impl_->blocks * impl_->blocks;
+}
+
+void PointFactors::view(const Vec3& x, const Vec3& n, std::uint64_t stream, View& view) const {
+  RandomStream random(impl_->seed, stream);
+  const std::size_t count = impl_->patches.size();
+  if (view.stamps.size() != count || ++view.stamp == 0) {
+    view.stamps.assign(count, 0);
+    view.stamp = 1;
+  }
+  view.singles.clear();
+  const Vec3 centred = x - impl_->centre;
+  const Vec3 near = impl_->beside(centred, n, impl_->step);
+  const Vec3 off = impl_->beside(centred, n, tolerance::kContact * impl_->diagonal);
+  if (impl_->occluders) impl_->occluders->look_from(near, n, scratch);
+  for (std::size_t j = 0; j < count; ++j) {
+    const auto& patch = impl_->patches[j];
+    if (patch.lamp || (near - patch.centroid).squaredNorm() < patch.reach * patch.reach)
+      impl_->add_single(near, off, n, static_cast<Index>(j), random, view);
+  }
+  impl_->cast(off, n, random, view);
+}
+
+}  // namespace radiosity

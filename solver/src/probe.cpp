@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "radiosity/solver/probe.hpp"
+
+#include <fmt/format.h>
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+#include <atomic>
+#include <cmath>
+#include <mutex>
+#include <vector>
+
+#include "radiosity/formfactors/point_factors.hpp"
+#include "radiosity/meshing/error.hpp"
+
+namespace radiosity {
+namespace {
+
+using Bands = Eigen::Array<double, 1, Eigen::Dynamic>;
+
+void check(const PatchMesh& mesh, const BandArray& radiosity, const BandArray& vertex_radiosity,
+           std::span<const Sensor> sensors, const ProbeOptions& options) {
+  if (radiosity.rows() != mesh.patch_count() || vertex_radiosity.rows() != mesh.vertex_count() ||
+      radiosity.cols() != vertex_radiosity.cols())
+    throw InputError(
+        fmt::format("radiosity of {} patches and {} vertices in {} and {} bands does not fit a mesh of {} "
+                    "patches and {} vertices",
+                    radiosity.rows(), vertex_radiosity.rows(), radiosity.cols(), vertex_radiosity.cols(),
+                    mesh.patch_count(), mesh.vertex_count()));
+  for (std::size_t s = 0; s < sensors.size(); ++s) {
+    if (!sensors[s].position.allFinite())
+      throw InputError(fmt::format("sensor {}: its position is not finite", s));
+    const double length = sensors[s].normal.stableNorm();
+    if (!std::isfinite(length) || length == 0)
+      throw InputError(
+          fmt::format("sensor {}: its normal has length {}, which is not finite and above 0", s, length));
+  }
+  constexpr Index kMost = 1 << 20;
+  if (options.samples < 1 || options.samples > kMost)
+    throw InputError(fmt::format("{} samples per sensor: not a number from 1 to {}", options.samples, kMost));
+}
+
+/// B(y) inside patches: see probe().
+class Reconstruction {
+ public:
+  Reconstruction(const PatchMesh& mesh, const BandArray& radiosity, const BandArray& vertex_radiosity)
+      : mesh_(mesh), radiosity_(radiosity), gradient_(3 * mesh.patch_count(), radiosity.cols()) {
+    gradient_.setZero();
+    for (Index j = 0; j < mesh.patch_count(); ++j) {
+      const auto corners = mesh.corners(j);
+      for (std::size_t k = 0; k < corners.size(); ++k) {
+        const Index v = corners[k];
+        const Index w = corners[k + 1 == corners.size() ? 0 : k + 1];
+        // ν ds of the edge; against B_j, so that a constant has no gradient to the bit.
+        const Vec3 outward = (mesh.vertex(w) - mesh.vertex(v)).cross(mesh.normal(j)) / mesh.area(j);
+        const Bands middle = (vertex_radiosity.row(v) + vertex_radiosity.row(w)) / 2 - radiosity.row(j);
+        for (int axis = 0; axis < 3; ++axis) gradient_.row(3 * j + axis) += outward[axis] * middle;
+      }
+    }
+  }
+
+  /// B(y) − B_j.
+  double deviation(Index j, const Vec3& from_centroid, Eigen::Index band) const {
+    return gradient_(3 * j, band) * from_centroid.x() + gradient_(3 * j + 1, band) * from_centroid.y() +
+           gradient_(3 * j + 2, band) * from_centroid.z();
+  }
+
+ private:
+  const PatchMesh& mesh_;
+  const BandArray& radiosity_;
+  BandArray gradient_;  // W/m³; rows 3j, 3j + 1, 3j + 2: x, y, z
+};
+
+// Area-weighted mean over the patches that do not emit; 0 where all do.
+Bands mean_reflected(const PatchMesh& mesh, const BandArray& radiosity) {
+  Bands power = Bands::Zero(radiosity.cols());
+  double area = 0;
+  for (Index j = 0; j < mesh.patch_count(); ++j) {
+    if ((mesh.material_of(j).emission > 0).any()) continue;
+    power += mesh.area(j) * radiosity.row(j);
+    area += mesh.area(j);
+  }
+  if (area > 0) power /= area;
+  return power;
+}
+
+}  // namespace
+
+ProbeResult probe(const Visibility& visibility, const BandArray& radiosity, const BandArray& vertex_radiosity,
+                  std::span<const Sensor> sensors, const ProbeOptions& options) {
+  const PatchMesh& mesh = visibility.mesh();
+  check(mesh, radiosity, vertex_radiosity, sensors, options);
+  const Eigen::Index bands = radiosity.cols();
+  const auto count = static_cast<Index>(sensors.size());
+  const PointFactors factors(visibility, options.samples, options.seed);
+  const Reconstruction inside(mesh, radiosity, vertex_radiosity);
+  const Bands reference = mean_reflected(mesh, radiosity);
+
+  ProbeResult result;
+  result.samples = factors.rays();
+  result.irradiance = BandArray::Zero(count, bands);
+  result.standard_error = BandArray::Zero(count, bands);
+  struct Memory {
+    PointFactors::View view;
+    Bands pair, difference, sum, variance;
+  };
+  tbb::enumerable_thread_specific<Memory> memories;
+
+  const auto measure = [&](Index s, Memory& m) {
+    const Sensor& sensor = sensors[static_cast<std::size_t>(s)];
+    factors.view(sensor.position, sensor.normal.stableNormalized(), static_cast<std::uint64_t>(s), m.view);
+    m.sum.setZero(bands);
+    m.variance.setZero(bands);
+    for (std::size_t k = 0; k < m.view.rays.size(); k += 2) {
+      m.pair.setZero(bands);
+      m.difference.setZero(bands);
+      for (const double sign : {1.0, -1.0}) {
+        const PointFactors::Ray& ray = m.view.rays[sign > 0 ? k : k + 1];
+        if (ray.patch < 0) continue;
+        const Vec3 from_centroid = ray.hit - mesh.centroid(ray.patch);
+        for (Eigen::Index b = 0; b < bands; ++b) {
+          const double value = (ray.single ? reference[b] : radiosity(ray.patch, b)) +
+                               inside.deviation(ray.patch, from_centroid, b);
+          m.pair[b] += value;
+          m.difference[b] += sign * value;
+        }
+      }
+      m.sum += m.pair;
+      m.variance += m.difference.square();
+    }
+    const double share = 1.0 / result.samples;
+    m.sum *= share;
+    m.variance *= share * share;
+    for (const auto& single : m.view.singles) {
+      m.pair = radiosity.row(single.patch) - reference;
+      m.sum += single.factor * m.pair;
+      m.variance += single.variance * m.pair.square();
+    }
+    result.irradiance.row(s) = m.sum;
+    result.standard_error.row(s) = m.variance.sqrt();
+  };
+
+  constexpr Index kBlock = 16;
+  std::atomic<bool> stop = false;
+  std::atomic<Index> done = 0;
+  std::mutex watching;
+  double shown = 0;
+  tbb::parallel_for(Index{0}, (count + kBlock - 1) / kBlock, [&](Index block) {
+    if (stop) return;
+    Memory& memory = memories.local();
+    const Index last = std::min(count, (block + 1) * kBlock);
+    for (Index s = block * kBlock; s < last; ++s) measure(s, memory);
+    done += last - block * kBlock;
+    if (!options.progress) return;
+    const std::lock_guard lock(watching);
+    const double fraction = static_cast<double>(done) / count;
+    if (fraction > shown) {
+      shown = fraction;
+      if (!options.progress(fraction)) stop = true;
+    }
+  });
+  result.completed = done == count;
+  return result;
+}
+
+}  // namespace radiosity
