@@ -45,6 +45,7 @@ std::unique_ptr<FormFactorMethod> FormFactorMethodInfo::make(const Visibility& v
   if (value > largest)
     throw InputError(fmt::format("{}: {} is above the largest value, {}", setting, value, largest));
   if (value == 0) value = default_setting;
+  if (name == "hemicube" && options.samples == 0) options.samples = 4;
   return factory(visibility, options);
 }
 

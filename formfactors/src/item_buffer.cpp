@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "item_buffer.hpp"
+
+#include "radiosity/meshing/tolerances.hpp"
+
+namespace radiosity::item_buffer {
+namespace {
+
+// The compiler's vector types: one AVX-512 register, or as many smaller ones as it takes.
+using Floats = float __attribute__((vector_size(4 * kLanes)));
+using Ints = std::int32_t __attribute__((vector_size(4 * kLanes)));
+
+inline Floats load(const float* p) {
+  Floats v;
+  __builtin_memcpy(&v, p, sizeof v);
+  return v;
+}
+inline Ints load(const std::int32_t* p) {
+  Ints v;
+  __builtin_memcpy(&v, p, sizeof v);
+  return v;
+}
+template <class V, class T>
+inline void store(T* p, const V& v) {
+  __builtin_memcpy(p, &v, sizeof v);
+}
+inline Floats splat(float x) {
+  return x - Floats{};
+}
+template <class T>
+inline auto gather(const T* base, const std::int32_t* index) {
+  alignas(64) T values[kLanes];
+  for (std::size_t k = 0; k < kLanes; ++k) values[k] = base[index[k]];
+  return load(values);
+}
+inline Floats min(const Floats& a, const Floats& b) {
+  return a < b ? a : b;
+}
+inline Floats max(const Floats& a, const Floats& b) {
+  return a > b ? a : b;
+}
+inline Floats abs(const Floats& a) {
+  return a < 0.0F ? -a : a;
+}
+
+// Planes through the eye that bound the faces' pyramids: a bit is set where the vertex is on the negative side. kAbove is set
+// where it is higher over the patch's plane than what counts as lying in it.
+constexpr std::int32_t kAbove = 1 << 7;
+
+// For each face: planes of which its pyramid is on the positive and on the negative side.
+//   top: |x| ≤ z, |y| ≤ z;   +x: |y| ≤ x, 0 ≤ z ≤ x;   and so on round.
+struct Pyramid {
+  std::int32_t positive, negative;
+};
+constexpr Pyramid kPyramids[5] = {
+    {0b0001111, 0},        {0b1110000, 0b0000001}, {0b1000000, 0b0110010},
+    {0b1100000, 0b0010100}, {0b1010000, 0b0101000},
+};
+
+// Differences from the eye are taken in double precision: what is near is seen sharply wherever the eye is.
+void to_local(const Items& items, const View& view, const Buffers& out) {
+  const double ex = view.eye[0], ey = view.eye[1], ez = view.eye[2];
+  float m[9];
+  for (int k = 0; k < 9; ++k) m[k] = static_cast<float>(view.frame[k]);
+  float *lx = out.local[0], *ly = out.local[1], *lz = out.local[2], *mx = out.local[3], *my = out.local[4];
+  for (std::size_t v = 0; v < items.vertices; ++v) {
+    const auto dx = static_cast<float>(items.x[v] - ex);
+    const auto dy = static_cast<float>(items.y[v] - ey);
+    const auto dz = static_cast<float>(items.z[v] - ez);
+    lx[v] = m[0] * dx + m[1] * dy + m[2] * dz;
+    ly[v] = m[3] * dx + m[4] * dy + m[5] * dz;
+    lz[v] = m[6] * dx + m[7] * dy + m[8] * dz;
+  }
+  for (std::size_t v = 0; v < items.vertices; v += kLanes) {
+    const Floats x = load(lx + v), y = load(ly + v), z = load(lz + v);
+    store(mx + v, -x);
+    store(my + v, -y);
+    const Ints code = ((z < x) & 1) | ((z < -x) & 2) | ((z < y) & 4) | ((z < -y) & 8) | ((x < y) & 16) |
+                      ((x < -y) & 32) | ((z < 0.0F) & 64) | ((z > tolerance::kSamePlane) & kAbove);
+    store(out.code + v, code);
+  }
+}
+
+// The plane n·x = offset appears in the cell (u, v, 1) at depth w with 1/w = n·(u, v, 1) / (n·(plane − eye)), in local axes.
+void planes_to_local(const Items& items, const View& view, const Buffers& out) {
+  for (std::size_t p = 0; p < items.planes; ++p) {
+    const double nx = items.nx[p], ny = items.ny[p], nz = items.nz[p];
+    const double d = items.offset[p] - nx * view.eye[0] - ny * view.eye[1] - nz * view.eye[2];
+    const bool edge_on = d <= tolerance::kOnPlane && d >= -tolerance::kOnPlane;
+    const bool front = d < 0;
+    // A wall without thickness shows each side its own front: at equal depth the front wins.
+    const double nearer = edge_on ? 0 : (front ? 1.0 : 1.0 - static_cast<double>(tolerance::kDepthTie)) / d;
+    const double* m = view.frame;
+    out.pu[p] = static_cast<float>(nearer * (m[0] * nx + m[1] * ny + m[2] * nz));
+    out.pv[p] = static_cast<float>(nearer * (m[3] * nx + m[4] * ny + m[5] * nz));
+    out.pw[p] = static_cast<float>(nearer * (m[6] * nx + m[7] * ny + m[8] * nz));
+    out.front[p] = edge_on ? 0 : front ? 1 : -1;
+  }
+}
+
+// Lists the items that may appear on each face: not those with all corners on the wrong side of one plane of its pyramid,
+// nor below the horizon, nor in the patch's own plane.
+void cull(const Items& items, const Buffers& out, std::int32_t* const* lists, std::size_t* counts) {
+  for (int f = 0; f < 5; ++f) counts[f] = 0;
+  for (std::size_t first = 0; first < items.items; first += kLanes) {
+    Ints all = gather(out.code, items.corner[0] + first);
+    Ints any = all;
+    for (int k = 1; k < 4; ++k) {
+      const Ints code = gather(out.code, items.corner[k] + first);
+      all &= code;
+      any |= code;
+    }
+    const Ints facing = gather(out.front, items.plane + first);
+    const Ints drawn = ((any & kAbove) != 0) & (facing != 0);
+    for (int f = 0; f < 5; ++f) {
+      const Ints reaches = drawn & ((all & kPyramids[f].positive) == 0) &
+                           ((~any & kPyramids[f].negative) == 0);
+      std::int32_t flags[kLanes];
+      store(flags, reaches);
+      std::int32_t* list = lists[f];
+      std::size_t n = counts[f];
+      for (std::size_t k = 0; k < kLanes; ++k) {
+        list[n] = static_cast<std::int32_t>(first + k);
+        n += static_cast<std::size_t>(-flags[k]);
+      }
+      counts[f] = n;
+    }
+  }
+}
+
+struct Triple {
+  Floats u, v, w;
+};
+
+// A homogeneous rasteriser [OlanoGreer1997]: the direction q = (u, v, 1) of a cell meets the item iff q·(a × b) ≥ 0 for each
+// edge ab (counter-clockwise seen from the eye), which needs no clipping, whatever lies behind the eye. Two items that share
+// an edge see it with the opposite sign, to the bit, so no cell falls between them: this file is built without fused
+// multiply-add, which would round a × b and b × a differently.
+void draw_face(const Items& items, const Face& face, int resolution, const std::int32_t* list,
+               std::size_t count, const Buffers& buffers) {
+  const float* const axis_u = buffers.local[face.right];
+  const float* const axis_v = buffers.local[face.up];
+  const float* const axis_w = buffers.local[face.forward];
+  const float per_cell = static_cast<float>(resolution) / 2;
+  const Floats infinite = splat(3e38F);
+  // Of planes: nearness along the face's axes; up and forward are never −z.
+  const auto plane_part = [&](std::int32_t axis, const std::int32_t* plane) {
+    const float* const part[3] = {buffers.pu, buffers.pv, buffers.pw};
+    const Floats n = gather(part[axis % 3], plane);
+    return axis < 3 ? n : -n;
+  };
+  for (std::size_t first = 0; first < count; first += kLanes) {
+    const std::int32_t* const item = list + first;
+    std::int32_t plane[kLanes];
+    std::int32_t facing[kLanes];
+    std::int32_t content[kLanes];
+    store(plane, gather(items.plane, item));
+    store(facing, gather(buffers.front, plane));
+    store(content, gather(items.content, item));
+    Triple p[4];
+    for (int k = 0; k < 4; ++k) {
+      std::int32_t corner[kLanes];
+      store(corner, gather(items.corner[k], item));
+      p[k] = {gather(axis_u, corner), gather(axis_v, corner), gather(axis_w, corner)};
+    }
+    // Bounds of u and v, times w > 0: those of the corners in front of the eye; where an edge passes w = 0 the item goes to
+    // infinity in its direction there.
+    Floats u_low = infinite, u_high = -infinite, v_low = infinite, v_high = -infinite;
+    alignas(64) float edge[4][3][kLanes];
+    const Floats sign = load(facing) > 0 ? splat(-1) : splat(1);
+    for (int k = 0; k < 4; ++k) {
+      const Triple &a = p[k], &b = p[(k + 1) % 4];
+      const Triple e{a.v * b.w - a.w * b.v, a.w * b.u - a.u * b.w, a.u * b.v - a.v * b.u};
+      store(edge[k][0], e.u * sign);
+      store(edge[k][1], e.v * sign);
+      store(edge[k][2], e.w * sign);
+      const Ints a_front = a.w > 1e-6F, b_front = b.w > 1e-6F;
+      const Floats u = a.u / a.w, v = a.v / a.w;
+      u_low = a_front ? min(u_low, u) : u_low;
+      u_high = a_front ? max(u_high, u) : u_high;
+      v_low = a_front ? min(v_low, v) : v_low;
+      v_high = a_front ? max(v_high, v) : v_high;
+      const Ints crosses = a_front ^ b_front;
+      const Floats cross_u = a_front ? e.v : -e.v, cross_v = a_front ? -e.u : e.u;
+      const Floats slack = 1e-5F * (abs(a.w) + abs(b.w));
+      u_high = (crosses & (cross_u > -slack)) ? infinite : u_high;
+      u_low = (crosses & (cross_u < slack)) ? -infinite : u_low;
+      v_high = (crosses & (cross_v > -slack)) ? infinite : v_high;
+      v_low = (crosses & (cross_v < slack)) ? -infinite : v_low;
+    }
+    // Cells whose centres may be inside; a hundredth of a cell for rounding.
+    const float columns = static_cast<float>(resolution - 1), rows = static_cast<float>(face.rows - 1);
+    const auto first_cell = [&](const Floats& low, float origin, float last) {
+      return __builtin_convertvector(min(max((low - origin) * per_cell + 0.49F, Floats{}), splat(last + 1)), Ints);
+    };
+    const auto last_cell = [&](const Floats& high, float origin, float last) {
+      const Floats c = min((high - origin) * per_cell - 0.49F, splat(last));
+      return c < 0.0F ? Ints{} - 1 : __builtin_convertvector(max(c, Floats{}), Ints);
+    };
+    std::int32_t column_first[kLanes], column_last[kLanes], row_first[kLanes], row_last[kLanes];
+    store(column_first, first_cell(u_low, -1, columns));
+    store(column_last, last_cell(u_high, -1, columns));
+    store(row_first, first_cell(v_low, face.v0, rows));
+    store(row_last, last_cell(v_high, face.v0, rows));
+    alignas(64) float nearness[3][kLanes];
+    store(nearness[0], plane_part(face.right, plane));
+    store(nearness[1], plane_part(face.up, plane));
+    store(nearness[2], plane_part(face.forward, plane));
+
+    const std::size_t lanes = count - first < kLanes ? count - first : kLanes;
+    for (std::size_t lane = 0; lane < lanes; ++lane) {
+      if (column_first[lane] > column_last[lane] || row_first[lane] > row_last[lane]) continue;
+      const std::int32_t shows = facing[lane] > 0 ? content[lane] : kLost;
+      const int tile_first = column_first[lane] / kTile, tile_last = column_last[lane] / kTile;
+      const int tile_row_last = row_last[lane] / kTile;
+      for (int tile_row = row_first[lane] / kTile; tile_row <= tile_row_last; ++tile_row) {
+        const Floats v = load(face.tile_v + static_cast<std::size_t>(tile_row) * kLanes);
+        Floats rest[4];
+        for (int k = 0; k < 4; ++k) rest[k] = edge[k][1][lane] * v + edge[k][2][lane];
+        const Floats rest_near = nearness[1][lane] * v + nearness[2][lane];
+        const std::size_t row_of_tiles =
+            face.first_cell +
+            static_cast<std::size_t>(tile_row) * static_cast<std::size_t>(face.tile_columns) * kLanes;
+        for (int tile = tile_first; tile <= tile_last; ++tile) {
+          const std::size_t offset = static_cast<std::size_t>(tile) * kLanes;
+          const Floats u = load(face.tile_u + offset);
+          const Floats inside = min(min(edge[0][0][lane] * u + rest[0], edge[1][0][lane] * u + rest[1]),
+                                    min(edge[2][0][lane] * u + rest[2], edge[3][0][lane] * u + rest[3]));
+          const Floats near = nearness[0][lane] * u + rest_near;
+          float* const depth = buffers.nearness + row_of_tiles + offset;
+          std::int32_t* const cell = buffers.item + row_of_tiles + offset;
+          const Floats before = load(depth);
+          const Ints wins = (inside >= 0.0F) & (near > before);
+          store(depth, wins ? near : before);
+          store(cell, wins ? Ints{} + shows : load(cell));
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void draw(const Items& items, const View& view, const Face* faces, int resolution, std::size_t cells,
+          const Buffers& buffers) {
+  to_local(items, view, buffers);
+  planes_to_local(items, view, buffers);
+  std::int32_t* lists[5];
+  std::size_t counts[5];
+  for (std::size_t f = 0; f < 5; ++f) lists[f] = buffers.list + f * (items.items + kLanes);
+  cull(items, buffers, lists, counts);
+  for (std::size_t c = 0; c < cells; ++c) buffers.item[c] = kLost;
+  for (std::size_t c = 0; c < cells; ++c) buffers.nearness[c] = 0;
+  for (std::size_t f = 0; f < 5; ++f) {
+    // Beyond the end the last batch looks at item 0, and draws nothing of it.
+    for (std::size_t k = 0; k < kLanes; ++k) lists[f][counts[f] + k] = 0;
+    draw_face(items, faces[f], resolution, lists[f], counts[f], buffers);
+  }
+}
+
+void add_shares(const std::int32_t* item, const float* share, std::size_t cells, double weight, double* sums) {
+  for (std::size_t c = 0; c < cells; c += kTile) {
+    for (std::size_t k = 0; k < kTile; ++k)
+      sums[4 * static_cast<std::size_t>(item[c + k]) + k] += weight * static_cast<double>(share[c + k]);
+  }
+}
+
+}  // namespace radiosity::item_buffer
