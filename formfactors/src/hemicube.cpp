@@ -44,7 +44,8 @@ ItemArrays::ItemArrays(const Visibility& visibility) {
   }
   std::vector<std::int32_t> plane_of(static_cast<std::size_t>(mesh.patch_count()));
   for (const Facet& facet : visibility.facets()) {
-    for (const Index i : facet.patches) plane_of[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(nx.size());
+    for (const Index i : facet.patches)
+      plane_of[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(nx.size());
     const bool whole = facet.patches.size() > 1;
     const Vec3& n = whole ? facet.pieces[0].normal : mesh.normal(facet.patches[0]);
     nx.push_back(n.x());
@@ -77,9 +78,19 @@ ItemArrays::ItemArrays(const Visibility& visibility) {
 }
 
 item_buffer::Items ItemArrays::items() const {
-  return {vertex_count, padded(item_count), nx.size(), x.data(), y.data(), z.data(),
+  return {vertex_count,
+          padded(item_count),
+          nx.size(),
+          x.data(),
+          y.data(),
+          z.data(),
           {corner[0].data(), corner[1].data(), corner[2].data(), corner[3].data()},
-          plane.data(), content.data(), nx.data(), ny.data(), nz.data(), offset.data()};
+          plane.data(),
+          content.data(),
+          nx.data(),
+          ny.data(),
+          nz.data(),
+          offset.data()};
 }
 
 /// The hemicube [CohenGreenberg1985]: half a cube of half-width 1 over points of the patch. A cell of area ΔA
@@ -97,10 +108,12 @@ class Hemicube final : public FormFactorMethod {
   void rows(Index first, Index last, bool upper, const Sink& sink) const override;
   bool reciprocal() const override { return false; }
   bool exact() const override { return false; }
-  Index setting() const override { return resolution_; }
+  FormFactorOptions options() const override {
+    return {.samples = points_, .resolution = resolution_, .seed = seed_};
+  }
   Index max_entries_per_row() const override {
-    return static_cast<Index>(
-        std::min(static_cast<std::size_t>(points_) * cells_, static_cast<std::size_t>(visibility_.mesh().patch_count())));
+    return static_cast<Index>(std::min(static_cast<std::size_t>(points_) * cells_,
+                                       static_cast<std::size_t>(visibility_.mesh().patch_count())));
   }
 
  private:
@@ -136,13 +149,22 @@ Hemicube::Hemicube(const Visibility& visibility, const FormFactorOptions& option
   top_v_ = centres(-1, tiles(r), false);
   side_v_ = centres(0, tiles(r / 2), false);
   // Right, up and forward: 0 x, 1 y, 2 z, 3 −x, 4 −y.
-  constexpr std::array<std::array<std::int32_t, 3>, 5> kAxes{{{0, 1, 2}, {1, 2, 0}, {4, 2, 3}, {3, 2, 1}, {0, 2, 4}}};
+  constexpr std::array<std::array<std::int32_t, 3>, 5> kAxes{
+      {{0, 1, 2}, {1, 2, 0}, {4, 2, 3}, {3, 2, 1}, {0, 2, 4}}};
   std::vector<double> delta;
   for (std::size_t f = 0; f < faces_.size(); ++f) {
     const bool top = f == 0;
     item_buffer::Face& face = faces_[f];
-    face = {kAxes[f][0], kAxes[f][1], kAxes[f][2], top ? r : r / 2, top ? -1.0F : 0.0F, tiles(r), tiles(top ? r : r / 2),
-            delta.size(), top_u_.data(), top ? top_v_.data() : side_v_.data()};
+    face = {kAxes[f][0],
+            kAxes[f][1],
+            kAxes[f][2],
+            top ? r : r / 2,
+            top ? -1.0F : 0.0F,
+            tiles(r),
+            tiles(top ? r : r / 2),
+            delta.size(),
+            top_u_.data(),
+            top ? top_v_.data() : side_v_.data()};
     for (int tile = 0; tile < face.tile_rows * face.tile_columns; ++tile) {
       for (int k = 0; k < kTile * kTile; ++k) {
         const int column = tile % face.tile_columns * kTile + k % kTile;
@@ -164,13 +186,20 @@ void Hemicube::rows(Index first, Index last, bool, const Sink& sink) const {
   const item_buffer::Items items = arrays_.items();
   std::array<std::vector<float>, 5> local;
   for (auto& axis : local) axis.resize(items.vertices);
-  std::vector<std::int32_t> code(items.vertices), front(items.planes), list(5 * (items.items + kLanes)), item(cells_);
+  std::vector<std::int32_t> code(items.vertices), front(items.planes), list(5 * (items.items + kLanes)),
+      item(cells_);
   std::array<std::vector<float>, 3> plane;
   for (auto& part : plane) part.resize(items.planes);
   std::vector<float> nearness(cells_);
   const item_buffer::Buffers buffers{
       {local[0].data(), local[1].data(), local[2].data(), local[3].data(), local[4].data()},
-      code.data(), plane[0].data(), plane[1].data(), plane[2].data(), front.data(), list.data(), item.data(),
+      code.data(),
+      plane[0].data(),
+      plane[1].data(),
+      plane[2].data(),
+      front.data(),
+      list.data(),
+      item.data(),
       nearness.data()};
   std::vector<double> sums(4 * (static_cast<std::size_t>(mesh.patch_count()) + 1), 0);
   std::vector<Index> columns;

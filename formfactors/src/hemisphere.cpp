@@ -28,7 +28,7 @@ class Hemisphere final : public FormFactorMethod {
         blocks_(static_cast<int>(std::ceil(std::sqrt(static_cast<double>(options.samples) / 16)))) {
     constexpr Index kMostSets = 16;
     constexpr Index kMostDirections = 1 << 18;
-    const Index sets = std::clamp(kMostDirections / setting(), Index{1}, kMostSets);
+    const Index sets = std::clamp(kMostDirections / samples(), Index{1}, kMostSets);
     for (Index set = 0; set < sets; ++set) sets_.push_back(directions(static_cast<std::uint64_t>(set)));
   }
 
@@ -36,14 +36,15 @@ class Hemisphere final : public FormFactorMethod {
   bool reciprocal() const override { return false; }
   bool exact() const override { return false; }
   std::uint64_t rays() const override { return rays_.load(std::memory_order_relaxed); }
-  Index setting() const override { return 16 * blocks_ * blocks_; }
-  Index max_entries_per_row() const override { return std::min(setting(), visibility_.mesh().patch_count()); }
+  FormFactorOptions options() const override { return {.samples = samples(), .seed = seed_}; }
+  Index max_entries_per_row() const override { return std::min(samples(), visibility_.mesh().patch_count()); }
 
  private:
   struct Packet {
     alignas(64) std::array<float, 16> x, y, z;
   };
   std::vector<Packet> directions(std::uint64_t set) const;
+  Index samples() const { return 16 * blocks_ * blocks_; }
 
   const Visibility& visibility_;
   mutable std::atomic<std::uint64_t> rays_{0};
@@ -80,7 +81,7 @@ void Hemisphere::rows(Index first, Index last, bool, const Sink& sink) const {
   const auto packets = static_cast<std::size_t>(blocks_ * blocks_);
   std::vector<Packet> points(std::min(packets, kMostPointBlocks));
   std::vector<std::size_t> order(packets);
-  const double share = 1.0 / setting();
+  const double share = 1.0 / samples();
   for (Index i = first; i < last; ++i) {
     if (visibility_.covered(i)) {
       sink(i, {}, {}, 1);
@@ -134,7 +135,7 @@ void Hemisphere::rows(Index first, Index last, bool, const Sink& sink) const {
         }
       }
     }
-    rays_.fetch_add(static_cast<std::uint64_t>(setting()), std::memory_order_relaxed);
+    rays_.fetch_add(static_cast<std::uint64_t>(samples()), std::memory_order_relaxed);
     // Many columns are found in order faster by looking at every patch than by sorting.
     if (columns.size() > hits.size() / 64) {
       columns.clear();

@@ -53,7 +53,7 @@ struct Pyramid {
   std::int32_t positive, negative;
 };
 constexpr Pyramid kPyramids[5] = {
-    {0b0001111, 0},        {0b1110000, 0b0000001}, {0b1000000, 0b0110010},
+    {0b0001111, 0},         {0b1110000, 0b0000001}, {0b1000000, 0b0110010},
     {0b1100000, 0b0010100}, {0b1010000, 0b0101000},
 };
 
@@ -113,8 +113,8 @@ void cull(const Items& items, const Buffers& out, std::int32_t* const* lists, st
     const Ints facing = gather(out.front, items.plane + first);
     const Ints drawn = ((any & kAbove) != 0) & (facing != 0);
     for (int f = 0; f < 5; ++f) {
-      const Ints reaches = drawn & ((all & kPyramids[f].positive) == 0) &
-                           ((~any & kPyramids[f].negative) == 0);
+      const Ints reaches =
+          drawn & ((all & kPyramids[f].positive) == 0) & ((~any & kPyramids[f].negative) == 0);
       std::int32_t flags[kLanes];
       store(flags, reaches);
       std::int32_t* list = lists[f];
@@ -191,7 +191,8 @@ void draw_face(const Items& items, const Face& face, int resolution, const std::
     // Cells whose centres may be inside; a hundredth of a cell for rounding.
     const float columns = static_cast<float>(resolution - 1), rows = static_cast<float>(face.rows - 1);
     const auto first_cell = [&](const Floats& low, float origin, float last) {
-      return __builtin_convertvector(min(max((low - origin) * per_cell + 0.49F, Floats{}), splat(last + 1)), Ints);
+      return __builtin_convertvector(min(max((low - origin) * per_cell + 0.49F, Floats{}), splat(last + 1)),
+                                     Ints);
     };
     const auto last_cell = [&](const Floats& high, float origin, float last) {
       const Floats c = min((high - origin) * per_cell - 0.49F, splat(last));
@@ -218,9 +219,9 @@ void draw_face(const Items& items, const Face& face, int resolution, const std::
         Floats rest[4];
         for (int k = 0; k < 4; ++k) rest[k] = edge[k][1][lane] * v + edge[k][2][lane];
         const Floats rest_near = nearness[1][lane] * v + nearness[2][lane];
-        const std::size_t row_of_tiles =
-            face.first_cell +
-            static_cast<std::size_t>(tile_row) * static_cast<std::size_t>(face.tile_columns) * kLanes;
+        const std::size_t row_of_tiles = face.first_cell + static_cast<std::size_t>(tile_row) *
+                                                               static_cast<std::size_t>(face.tile_columns) *
+                                                               kLanes;
         for (int tile = tile_first; tile <= tile_last; ++tile) {
           const std::size_t offset = static_cast<std::size_t>(tile) * kLanes;
           const Floats u = load(face.tile_u + offset);
@@ -258,7 +259,8 @@ void draw(const Items& items, const View& view, const Face* faces, int resolutio
   }
 }
 
-void add_shares(const std::int32_t* item, const float* share, std::size_t cells, double weight, double* sums) {
+void add_shares(const std::int32_t* item, const float* share, std::size_t cells, double weight,
+                double* sums) {
   for (std::size_t c = 0; c < cells; c += kTile) {
     for (std::size_t k = 0; k < kTile; ++k)
       sums[4 * static_cast<std::size_t>(item[c + k]) + k] += weight * static_cast<double>(share[c + k]);

@@ -18,11 +18,12 @@ inline constexpr std::int32_t kLost = 0;
 /// Convex polygons of three or four corners, structure of arrays, in scaled coordinates (see Visibility::scaled).
 /// A triangle repeats its last corner.
 struct Items {
-  std::size_t vertices, items, planes;    // padded vertices repeat others; items beyond the last one have no area
-  const double *x, *y, *z;                // of vertices
-  const std::int32_t* corner[4];          // vertex, of items; counter-clockwise about the front normal
-  const std::int32_t *plane, *content;    // of items
-  const double *nx, *ny, *nz, *offset;    // of planes: n·x = offset
+  std::size_t vertices, items,
+      planes;                     // padded vertices repeat others; items beyond the last one have no area
+  const double *x, *y, *z;        // of vertices
+  const std::int32_t* corner[4];  // vertex, of items; counter-clockwise about the front normal
+  const std::int32_t *plane, *content;  // of items
+  const double *nx, *ny, *nz, *offset;  // of planes: n·x = offset
 };
 
 /// The eye and the local frame: rows of the rotation from scaled to local coordinates, z along the patch's normal.
@@ -38,7 +39,7 @@ struct Face {
   int rows;
   float v0;
   int tile_columns, tile_rows;
-  std::size_t first_cell;       // tiles in rows from the bottom, each row by row
+  std::size_t first_cell;        // tiles in rows from the bottom, each row by row
   const float *tile_u, *tile_v;  // centres of the cells, 16 for each column and each row of tiles
 };
 

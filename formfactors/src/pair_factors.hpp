@@ -62,6 +62,7 @@ class PairFactors {
   }
 
   Index samples() const { return samples_; }
+  std::uint64_t seed() const { return seed_; }
   std::uint64_t rays() const { return rays_.load(std::memory_order_relaxed); }
   PairCounts counts() const;  ///< of for_each_in_row
 

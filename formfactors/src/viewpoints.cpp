@@ -81,9 +81,8 @@ void add_quad(const std::array<Vec3, 4>& c, const Vec3& normal, double area, Ind
     for (const Node& u : across) {
       const Vec3 du = (1 - v.x) * (c[1] - c[0]) + v.x * (c[2] - c[3]);
       const Vec3 dv = (1 - u.x) * (c[3] - c[0]) + u.x * (c[2] - c[1]);
-      out.push_back(
-          {(1 - u.x) * ((1 - v.x) * c[0] + v.x * c[3]) + u.x * ((1 - v.x) * c[1] + v.x * c[2]),
-           u.weight * v.weight * normal.dot(du.cross(dv)) / area});
+      out.push_back({(1 - u.x) * ((1 - v.x) * c[0] + v.x * c[3]) + u.x * ((1 - v.x) * c[1] + v.x * c[2]),
+                     u.weight * v.weight * normal.dot(du.cross(dv)) / area});
     }
   }
 }
@@ -114,8 +113,8 @@ std::vector<Viewpoint> viewpoints(const PatchMesh& mesh, Index patch, Index most
   if (is_convex_quad(mesh, patch)) {
     if (most == 1) return {{mesh.centroid(patch), 1}};
     const auto c = mesh.corners(patch);
-    add_quad({mesh.vertex(c[0]), mesh.vertex(c[1]), mesh.vertex(c[2]), mesh.vertex(c[3])},
-             mesh.normal(patch), area, most, out);
+    add_quad({mesh.vertex(c[0]), mesh.vertex(c[1]), mesh.vertex(c[2]), mesh.vertex(c[3])}, mesh.normal(patch),
+             area, most, out);
     return out;
   }
   const auto triangles = mesh.triangles(patch);
