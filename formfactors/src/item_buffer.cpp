@@ -1,31 +1,128 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "item_buffer.hpp"
 
+#include <utility>
+
 #include "radiosity/meshing/tolerances.hpp"
 
 namespace radiosity::item_buffer {
 namespace {
 
-// The compiler's vector types: one AVX-512 register, or as many smaller ones as it takes.
-using Floats = float __attribute__((vector_size(4 * kLanes)));
-using Ints = std::int32_t __attribute__((vector_size(4 * kLanes)));
+// The compiler's vector types as wide as the registers; wider ones would be taken apart lane by lane.
+#if defined(__AVX512F__)
+constexpr std::size_t kBytes = 64;
+#elif defined(__AVX__)
+constexpr std::size_t kBytes = 32;
+#else
+constexpr std::size_t kBytes = 16;
+#endif
 
-inline Floats load(const float* p) {
-  Floats v;
-  __builtin_memcpy(&v, p, sizeof v);
-  return v;
+using FloatPart = float __attribute__((vector_size(kBytes)));
+using IntPart = std::int32_t __attribute__((vector_size(kBytes)));
+
+constexpr std::size_t kParts = kLanes * sizeof(float) / kBytes;
+struct Floats {
+  FloatPart part[kParts];
+};
+struct Ints {
+  IntPart part[kParts];
+};
+
+// Unrolled by a pack: arrays that loops index stay in memory.
+template <std::size_t k, class F, class... A>
+inline auto one(F f, const A&... a) {
+  return f(a.part[k]...);
 }
-inline Ints load(const std::int32_t* p) {
-  Ints v;
-  __builtin_memcpy(&v, p, sizeof v);
-  return v;
+template <class R, class F, std::size_t... k, class... A>
+inline R all(std::index_sequence<k...>, F f, const A&... a) {
+  return {{one<k>(f, a...)...}};
 }
-template <class V, class T>
-inline void store(T* p, const V& v) {
-  __builtin_memcpy(p, &v, sizeof v);
+template <class R, class F, class... A>
+inline R each(F f, const A&... a) {
+  return all<R>(std::make_index_sequence<kParts>(), f, a...);
+}
+
+inline Floats operator+(const Floats& a, const Floats& b) {
+  return each<Floats>([](auto x, auto y) { return x + y; }, a, b);
+}
+inline Floats operator-(const Floats& a, const Floats& b) {
+  return each<Floats>([](auto x, auto y) { return x - y; }, a, b);
+}
+inline Floats operator*(const Floats& a, const Floats& b) {
+  return each<Floats>([](auto x, auto y) { return x * y; }, a, b);
+}
+inline Floats operator/(const Floats& a, const Floats& b) {
+  return each<Floats>([](auto x, auto y) { return x / y; }, a, b);
+}
+inline Floats operator-(const Floats& a) {
+  return each<Floats>([](auto x) { return -x; }, a);
+}
+// Comparisons give −1 for true and 0 for false.
+inline Ints operator<(const Floats& a, const Floats& b) {
+  return each<Ints>([](auto x, auto y) { return x < y; }, a, b);
+}
+inline Ints operator>(const Floats& a, const Floats& b) {
+  return b < a;
+}
+inline Ints operator>=(const Floats& a, const Floats& b) {
+  return each<Ints>([](auto x, auto y) { return x >= y; }, a, b);
+}
+inline Ints operator==(const Ints& a, const Ints& b) {
+  return each<Ints>([](auto x, auto y) { return x == y; }, a, b);
+}
+inline Ints operator&(const Ints& a, const Ints& b) {
+  return each<Ints>([](auto x, auto y) { return x & y; }, a, b);
+}
+inline Ints operator|(const Ints& a, const Ints& b) {
+  return each<Ints>([](auto x, auto y) { return x | y; }, a, b);
+}
+inline Ints operator^(const Ints& a, const Ints& b) {
+  return each<Ints>([](auto x, auto y) { return x ^ y; }, a, b);
+}
+inline Ints operator~(const Ints& a) {
+  return each<Ints>([](auto x) { return ~x; }, a);
+}
+template <class V>
+inline V select(const Ints& mask, const V& a, const V& b) {
+  return each<V>([](auto m, auto x, auto y) { return m ? x : y; }, mask, a, b);
+}
+inline Floats min(const Floats& a, const Floats& b) {
+  return each<Floats>([](auto x, auto y) { return x < y ? x : y; }, a, b);
+}
+inline Floats max(const Floats& a, const Floats& b) {
+  return each<Floats>([](auto x, auto y) { return x > y ? x : y; }, a, b);
+}
+inline Floats abs(const Floats& a) {
+  return max(a, -a);
+}
+inline Ints truncated(const Floats& a) {
+  return each<Ints>([](auto x) { return __builtin_convertvector(x, IntPart); }, a);
 }
 inline Floats splat(float x) {
-  return x - Floats{};
+  return each<Floats>([x](auto zero) { return x - zero; }, Floats{});
+}
+inline Ints splat(std::int32_t x) {
+  return each<Ints>([x](auto zero) { return x - zero; }, Ints{});
+}
+// Part by part: whole structs would be copied through general registers.
+template <class V, class Part, class T, std::size_t... k>
+inline V load_parts(const T* p, std::index_sequence<k...>) {
+  const auto load_part = [p](std::size_t n) {
+    Part v;
+    __builtin_memcpy(&v, p + n * kBytes / sizeof(T), kBytes);
+    return v;
+  };
+  return {{load_part(k)...}};
+}
+inline Floats load(const float* p) {
+  return load_parts<Floats, FloatPart>(p, std::make_index_sequence<kParts>());
+}
+inline Ints load(const std::int32_t* p) {
+  return load_parts<Ints, IntPart>(p, std::make_index_sequence<kParts>());
+}
+template <class T, class V>
+inline void store(T* p, const V& v) {
+  for (std::size_t k = 0; k < kParts; ++k) __builtin_memcpy(p + k * kBytes / sizeof(T), &v.part[k], kBytes);
 }
 template <class T>
 inline auto gather(const T* base, const std::int32_t* index) {
@@ -33,16 +130,6 @@ inline auto gather(const T* base, const std::int32_t* index) {
   for (std::size_t k = 0; k < kLanes; ++k) values[k] = base[index[k]];
   return load(values);
 }
-inline Floats min(const Floats& a, const Floats& b) {
-  return a < b ? a : b;
-}
-inline Floats max(const Floats& a, const Floats& b) {
-  return a > b ? a : b;
-}
-inline Floats abs(const Floats& a) {
-  return a < 0.0F ? -a : a;
-}
-
 // Planes through the eye that bound the faces' pyramids: a bit is set where the vertex is on the negative side. kAbove is set
 // where it is higher over the patch's plane than what counts as lying in it.
 constexpr std::int32_t kAbove = 1 << 7;
@@ -75,8 +162,10 @@ void to_local(const Items& items, const View& view, const Buffers& out) {
     const Floats x = load(lx + v), y = load(ly + v), z = load(lz + v);
     store(mx + v, -x);
     store(my + v, -y);
-    const Ints code = ((z < x) & 1) | ((z < -x) & 2) | ((z < y) & 4) | ((z < -y) & 8) | ((x < y) & 16) |
-                      ((x < -y) & 32) | ((z < 0.0F) & 64) | ((z > tolerance::kSamePlane) & kAbove);
+    const auto bit = [](const Ints& mask, std::int32_t value) { return mask & splat(value); };
+    const Ints code = bit(z < x, 1) | bit(z < -x, 2) | bit(z < y, 4) | bit(z < -y, 8) | bit(x < y, 16) |
+                      bit(x < -y, 32) | bit(z < splat(0.0F), 64) |
+                      bit(z > splat(tolerance::kSamePlane), kAbove);
     store(out.code + v, code);
   }
 }
@@ -107,14 +196,15 @@ void cull(const Items& items, const Buffers& out, std::int32_t* const* lists, st
     Ints any = all;
     for (int k = 1; k < 4; ++k) {
       const Ints code = gather(out.code, items.corner[k] + first);
-      all &= code;
-      any |= code;
+      all = all & code;
+      any = any | code;
     }
     const Ints facing = gather(out.front, items.plane + first);
-    const Ints drawn = ((any & kAbove) != 0) & (facing != 0);
+    const Ints none = splat(0);
+    const Ints skipped = ((any & splat(kAbove)) == none) | (facing == none);
     for (int f = 0; f < 5; ++f) {
       const Ints reaches =
-          drawn & ((all & kPyramids[f].positive) == 0) & ((~any & kPyramids[f].negative) == 0);
+          ~skipped & (((all & splat(kPyramids[f].positive)) | (~any & splat(kPyramids[f].negative))) == none);
       std::int32_t flags[kLanes];
       store(flags, reaches);
       std::int32_t* list = lists[f];
@@ -167,36 +257,36 @@ void draw_face(const Items& items, const Face& face, int resolution, const std::
     // infinity in its direction there.
     Floats u_low = infinite, u_high = -infinite, v_low = infinite, v_high = -infinite;
     alignas(64) float edge[4][3][kLanes];
-    const Floats sign = load(facing) > 0 ? splat(-1) : splat(1);
+    const Floats sign = select(load(facing) == splat(1), splat(-1.0F), splat(1.0F));
     for (int k = 0; k < 4; ++k) {
       const Triple &a = p[k], &b = p[(k + 1) % 4];
       const Triple e{a.v * b.w - a.w * b.v, a.w * b.u - a.u * b.w, a.u * b.v - a.v * b.u};
       store(edge[k][0], e.u * sign);
       store(edge[k][1], e.v * sign);
       store(edge[k][2], e.w * sign);
-      const Ints a_front = a.w > 1e-6F, b_front = b.w > 1e-6F;
+      const Ints a_front = a.w > splat(1e-6F), b_front = b.w > splat(1e-6F);
       const Floats u = a.u / a.w, v = a.v / a.w;
-      u_low = a_front ? min(u_low, u) : u_low;
-      u_high = a_front ? max(u_high, u) : u_high;
-      v_low = a_front ? min(v_low, v) : v_low;
-      v_high = a_front ? max(v_high, v) : v_high;
+      u_low = select(a_front, min(u_low, u), u_low);
+      u_high = select(a_front, max(u_high, u), u_high);
+      v_low = select(a_front, min(v_low, v), v_low);
+      v_high = select(a_front, max(v_high, v), v_high);
       const Ints crosses = a_front ^ b_front;
-      const Floats cross_u = a_front ? e.v : -e.v, cross_v = a_front ? -e.u : e.u;
-      const Floats slack = 1e-5F * (abs(a.w) + abs(b.w));
-      u_high = (crosses & (cross_u > -slack)) ? infinite : u_high;
-      u_low = (crosses & (cross_u < slack)) ? -infinite : u_low;
-      v_high = (crosses & (cross_v > -slack)) ? infinite : v_high;
-      v_low = (crosses & (cross_v < slack)) ? -infinite : v_low;
+      const Floats cross_u = select(a_front, e.v, -e.v), cross_v = select(a_front, -e.u, e.u);
+      const Floats slack = splat(1e-5F) * (abs(a.w) + abs(b.w));
+      u_high = select(crosses & (cross_u > -slack), infinite, u_high);
+      u_low = select(crosses & (cross_u < slack), -infinite, u_low);
+      v_high = select(crosses & (cross_v > -slack), infinite, v_high);
+      v_low = select(crosses & (cross_v < slack), -infinite, v_low);
     }
     // Cells whose centres may be inside; a hundredth of a cell for rounding.
     const float columns = static_cast<float>(resolution - 1), rows = static_cast<float>(face.rows - 1);
     const auto first_cell = [&](const Floats& low, float origin, float last) {
-      return __builtin_convertvector(min(max((low - origin) * per_cell + 0.49F, Floats{}), splat(last + 1)),
-                                     Ints);
+      const Floats c = (low - splat(origin)) * splat(per_cell) + splat(0.49F);
+      return truncated(min(max(c, splat(0.0F)), splat(last + 1)));
     };
     const auto last_cell = [&](const Floats& high, float origin, float last) {
-      const Floats c = min((high - origin) * per_cell - 0.49F, splat(last));
-      return c < 0.0F ? Ints{} - 1 : __builtin_convertvector(max(c, Floats{}), Ints);
+      const Floats c = min((high - splat(origin)) * splat(per_cell) - splat(0.49F), splat(last));
+      return select(c < splat(0.0F), splat(-1), truncated(max(c, splat(0.0F))));
     };
     std::int32_t column_first[kLanes], column_last[kLanes], row_first[kLanes], row_last[kLanes];
     store(column_first, first_cell(u_low, -1, columns));
@@ -217,23 +307,24 @@ void draw_face(const Items& items, const Face& face, int resolution, const std::
       for (int tile_row = row_first[lane] / kTile; tile_row <= tile_row_last; ++tile_row) {
         const Floats v = load(face.tile_v + static_cast<std::size_t>(tile_row) * kLanes);
         Floats rest[4];
-        for (int k = 0; k < 4; ++k) rest[k] = edge[k][1][lane] * v + edge[k][2][lane];
-        const Floats rest_near = nearness[1][lane] * v + nearness[2][lane];
+        for (int k = 0; k < 4; ++k) rest[k] = splat(edge[k][1][lane]) * v + splat(edge[k][2][lane]);
+        const Floats rest_near = splat(nearness[1][lane]) * v + splat(nearness[2][lane]);
         const std::size_t row_of_tiles = face.first_cell + static_cast<std::size_t>(tile_row) *
                                                                static_cast<std::size_t>(face.tile_columns) *
                                                                kLanes;
         for (int tile = tile_first; tile <= tile_last; ++tile) {
           const std::size_t offset = static_cast<std::size_t>(tile) * kLanes;
           const Floats u = load(face.tile_u + offset);
-          const Floats inside = min(min(edge[0][0][lane] * u + rest[0], edge[1][0][lane] * u + rest[1]),
-                                    min(edge[2][0][lane] * u + rest[2], edge[3][0][lane] * u + rest[3]));
-          const Floats near = nearness[0][lane] * u + rest_near;
+          const Floats inside =
+              min(min(splat(edge[0][0][lane]) * u + rest[0], splat(edge[1][0][lane]) * u + rest[1]),
+                  min(splat(edge[2][0][lane]) * u + rest[2], splat(edge[3][0][lane]) * u + rest[3]));
+          const Floats near = splat(nearness[0][lane]) * u + rest_near;
           float* const depth = buffers.nearness + row_of_tiles + offset;
           std::int32_t* const cell = buffers.item + row_of_tiles + offset;
           const Floats before = load(depth);
-          const Ints wins = (inside >= 0.0F) & (near > before);
-          store(depth, wins ? near : before);
-          store(cell, wins ? Ints{} + shows : load(cell));
+          const Ints wins = (inside >= splat(0.0F)) & (near > before);
+          store(depth, select(wins, near, before));
+          store(cell, select(wins, splat(shows), load(cell)));
         }
       }
     }
