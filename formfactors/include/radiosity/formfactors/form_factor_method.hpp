@@ -60,6 +60,9 @@ class FormFactorMethod {
   /// No row has more entries than this; known before any row is computed, so that memory can be planned.
   virtual Index max_entries_per_row() const = 0;
 
+  /// The share of the hemisphere that one ray or one cell answers for at most; 0 where the method looks at pairs.
+  virtual double grain() const { return 0; }
+
   /// Rays cast so far.
   virtual std::uint64_t rays() const { return 0; }
 
