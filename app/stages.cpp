@@ -221,6 +221,10 @@ FormFactorMatrix form_factor_stage(Job& job, const FormFactorMethod& method, con
   if (assembly.lamps > 0)
     job.console.line("", "{} computed pair by pair, not sampled",
                      numbered(assembly.lamps, "lamp patch", "lamp patches"));
+  if (assembly.pairwise > assembly.lamps)
+    job.console.line(
+        "", "{} computed pair by pair that rays or cells cannot tell: nearly touching, thin or distant",
+        numbered(assembly.pairwise - assembly.lamps, "patch", "patches"));
   const PairCounts& pairs = assembly.pairs;
   const auto all =
       static_cast<double>(pairs.behind + pairs.hidden + pairs.free + pairs.partial + pairs.by_rays);

@@ -165,15 +165,15 @@ std::vector<std::vector<std::function<BenchScene()>>> scenes() {
   };
 }
 
-/// The default setting and what shows how error falls with work: four times the rays or points; for hemicubes viewpoints and
-/// cells, the classical one over the centre first.
-std::vector<FormFactorOptions> ladder(const FormFactorMethodInfo& info) {
+/// The default setting and what shows how error falls with work: four times the rays or points; for hemicubes cells and
+/// viewpoints, the classical one over the centre first.
+std::vector<FormFactorOptions> ladder(const FormFactorMethodInfo& info, Index patches) {
   if (info.defaults.resolution == 0) return {info.defaults, {.samples = 4 * info.defaults.samples}};
-  std::vector<FormFactorOptions> steps{info.defaults};
-  for (const Index samples : {1, 4, 9})
+  std::vector<FormFactorOptions> steps;
+  for (const Index samples : {1, 4})
     for (const Index resolution : {64, 128, 256})
-      if (samples != info.defaults.samples || resolution != info.defaults.resolution)
-        steps.push_back({.samples = samples, .resolution = resolution});
+      steps.push_back({.samples = samples, .resolution = resolution});
+  if (patches < 4000) steps.push_back({.samples = 9, .resolution = 256});
   return steps;
 }
 
@@ -216,7 +216,7 @@ int main(int argc, char** argv) {
       for (const FormFactorMethodInfo& info : form_factor_methods()) {
         if ((!only.empty() && only != info.name) || n > most_patches(info)) continue;
         if (samples.empty() && resolutions.empty()) {
-          for (const FormFactorOptions& step : ladder(info)) run(scene, exact, info, step, true);
+          for (const FormFactorOptions& step : ladder(info, n)) run(scene, exact, info, step, true);
           run(scene, exact, info, info.defaults, false);
           continue;
         }
