@@ -67,6 +67,9 @@ inline Ints operator>(const Floats& a, const Floats& b) {
 inline Ints operator>=(const Floats& a, const Floats& b) {
   return each<Ints>([](auto x, auto y) { return x >= y; }, a, b);
 }
+inline Ints operator>(const Ints& a, const Ints& b) {
+  return each<Ints>([](auto x, auto y) { return x > y; }, a, b);
+}
 inline Ints operator==(const Ints& a, const Ints& b) {
   return each<Ints>([](auto x, auto y) { return x == y; }, a, b);
 }
@@ -224,8 +227,8 @@ struct Triple {
 
 // A homogeneous rasteriser [OlanoGreer1997]: the direction q = (u, v, 1) of a cell meets the item iff q·(a × b) ≥ 0 for each
 // edge ab (counter-clockwise seen from the eye), which needs no clipping, whatever lies behind the eye. Two items that share
-// an edge see it with the opposite sign, to the bit, so no cell falls between them: this file is built without fused
-// multiply-add, which would round a × b and b × a differently.
+// an edge see it with the opposite sign, to the bit, so no cell falls between them. (This file is built without fused
+// multiply-add, which a compiler may use for some lanes and not for others.)
 void draw_face(const Items& items, const Face& face, int resolution, const std::int32_t* list,
                std::size_t count, const Buffers& buffers) {
   const float* const axis_u = buffers.local[face.right];
@@ -248,10 +251,12 @@ void draw_face(const Items& items, const Face& face, int resolution, const std::
     store(facing, gather(buffers.front, plane));
     store(content, gather(items.content, item));
     Triple p[4];
+    Ints corner[4];
     for (int k = 0; k < 4; ++k) {
-      std::int32_t corner[kLanes];
-      store(corner, gather(items.corner[k], item));
-      p[k] = {gather(axis_u, corner), gather(axis_v, corner), gather(axis_w, corner)};
+      corner[k] = gather(items.corner[k], item);
+      std::int32_t index[kLanes];
+      store(index, corner[k]);
+      p[k] = {gather(axis_u, index), gather(axis_v, index), gather(axis_w, index)};
     }
     // Bounds of u and v, times w > 0: those of the corners in front of the eye; where an edge passes w = 0 the item goes to
     // infinity in its direction there.
@@ -260,7 +265,16 @@ void draw_face(const Items& items, const Face& face, int resolution, const std::
     const Floats sign = select(load(facing) == splat(1), splat(-1.0F), splat(1.0F));
     for (int k = 0; k < 4; ++k) {
       const Triple &a = p[k], &b = p[(k + 1) % 4];
-      const Triple e{a.v * b.w - a.w * b.v, a.w * b.u - a.u * b.w, a.u * b.v - a.v * b.u};
+      // a × b = a × (b − a), from the vertex of the smaller number: both items see the same bits, and the line passes the
+      // vertices within a rounding of their distance, not of that divided by the edge's length.
+      const Ints turned = corner[k] > corner[(k + 1) % 4];
+      const Triple from{select(turned, b.u, a.u), select(turned, b.v, a.v), select(turned, b.w, a.w)};
+      const Triple along{select(turned, a.u, b.u) - from.u, select(turned, a.v, b.v) - from.v,
+                         select(turned, a.w, b.w) - from.w};
+      const Floats direction = select(turned, splat(-1.0F), splat(1.0F));
+      const Triple e{direction * (from.v * along.w - from.w * along.v),
+                     direction * (from.w * along.u - from.u * along.w),
+                     direction * (from.u * along.v - from.v * along.u)};
       store(edge[k][0], e.u * sign);
       store(edge[k][1], e.v * sign);
       store(edge[k][2], e.w * sign);

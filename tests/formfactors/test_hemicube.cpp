@@ -62,6 +62,18 @@ TEST(Hemicube, LeavesNoGapsBetweenPatchesOfALargeScene) {
   EXPECT_EQ(rows.escaped.maxCoeff(), 0);
 }
 
+TEST(Hemicube, LooksThroughNoVertexOfAFineMesh) {
+  // Cells near vertices of small patches, where edge lines rounded to different places would leave a hole: one in 10⁸ cells of
+  // this scene showed nothing.
+  const MethodSetup setup(cube_room(40), hemicube(), {.samples = 1, .resolution = 64});
+  double escaped = 0;
+  setup.method->rows(1744, 1760, false,
+                     [&](Index, std::span<const Index>, std::span<const double>, double e) {
+                       escaped = std::max(escaped, e);
+                     });
+  EXPECT_EQ(escaped, 0);
+}
+
 TEST(Hemicube, SeesEachFaceOfTheRoomWhateverItsOwnPlane) {
   // By symmetry: from each wall of a cube F is 0.2 to every other.
   const MethodSetup setup(cube_room(1), hemicube(), {.samples = 64, .resolution = 256});
