@@ -93,10 +93,9 @@ int run_inspect(const Options& options) {
     method_options.samples = settings.samples.value_or(0);
     method_options.resolution = settings.resolution.value_or(0);
     method_options.seed = settings.seed.value_or(method_options.seed);
-    const auto& own = info.setting == "samples" ? settings.samples : settings.resolution;
-    const double seconds = estimate_seconds(*info.make(visibility, method_options), n, threads);
-    job.console.line("", "{:<12} about {}, {} {}{}", info.name, seconds_text(seconds), info.setting,
-                     own.value_or(info.default_setting),
+    const auto method = info.make(visibility, method_options);
+    job.console.line("", "{:<12} about {}, {}{}", info.name,
+                     seconds_text(estimate_seconds(*method, n, threads)), settings_text(*method),
                      info.name == automatic ? "; what auto would choose" : "");
   }
   job.report.converged = true;

@@ -86,11 +86,11 @@ PatchOptions to_patch_options(const std::string& text) {
 }
 
 // "hemisphere 1024, analytic 16": the defaults of the methods that this option sets.
-std::string defaults_of(std::string_view setting) {
+std::string defaults_of(Index FormFactorOptions::*setting) {
   std::vector<std::string> defaults;
   for (const auto& method : form_factor_methods())
-    if (method.setting == setting)
-      defaults.push_back(fmt::format("{} {}", method.name, method.default_setting));
+    if (method.defaults.*setting > 0)
+      defaults.push_back(fmt::format("{} {}", method.name, method.defaults.*setting));
   return fmt::format("{}", fmt::join(defaults, ", "));
 }
 
@@ -237,15 +237,17 @@ class Parser {
           "NAME", one_of("method", known))
           ->group(group);
     }
-    add_checked(command->add_option("--samples", options_.flags.samples,
-                                    fmt::format("Rays per patch (hemisphere), or points or shadow rays per\n"
-                                                "partly hidden pair (analytic). Default: {}",
-                                                defaults_of("samples"))),
-                "N", whole<Index>(1, kMaxIndex))
+    add_checked(
+        command->add_option("--samples", options_.flags.samples,
+                            fmt::format("Rays per patch (hemisphere), viewpoints per patch (hemicube;\n"
+                                        "1 is the centre), or points or shadow rays per partly hidden\n"
+                                        "pair (analytic). Default: {}",
+                                        defaults_of(&FormFactorOptions::samples))),
+        "N", whole<Index>(1, kMaxIndex))
         ->group(group);
     add_checked(command->add_option("--resolution", options_.flags.resolution,
                                     fmt::format("Cells along an edge of the hemicube's top.\nDefault: {}",
-                                                defaults_of("resolution"))),
+                                                defaults_of(&FormFactorOptions::resolution))),
                 "N", whole<Index>(1, kMaxIndex))
         ->group(group);
     add_seed(command, group);
@@ -478,18 +480,19 @@ class Parser {
   void explain_settings_without_effect() const {
     if (!options_.flags.method) return;
     const std::string& method = *options_.flags.method;
-    const auto refuse = [&](bool given, std::string_view setting) {
+    const auto refuse = [&](bool given, std::string_view name, Index FormFactorOptions::*setting) {
       if (!given) return;
       std::vector<std::string> users;
       for (const auto& info : form_factor_methods()) {
-        if (info.setting == setting && (method == kAutoMethod || info.name == method)) return;
-        if (info.setting == setting) users.emplace_back(info.name);
+        if (info.defaults.*setting == 0) continue;
+        if (method == kAutoMethod || info.name == method) return;
+        users.emplace_back(info.name);
       }
-      throw UsageError(fmt::format("--{} has no effect with --method {}; it belongs to {}", setting, method,
+      throw UsageError(fmt::format("--{} has no effect with --method {}; it belongs to {}", name, method,
                                    fmt::join(users, ", ")));
     };
-    refuse(options_.flags.samples.has_value(), "samples");
-    refuse(options_.flags.resolution.has_value(), "resolution");
+    refuse(options_.flags.samples.has_value(), "samples", &FormFactorOptions::samples);
+    refuse(options_.flags.resolution.has_value(), "resolution", &FormFactorOptions::resolution);
   }
 
   Options& options_;

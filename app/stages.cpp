@@ -162,6 +162,14 @@ MethodChoice choose_method(const Visibility& visibility) {
   return {"hemisphere", fmt::format("more than {} patches: sampling rays is faster than pairs", kFewPatches)};
 }
 
+std::string settings_text(const FormFactorMethod& method) {
+  const FormFactorOptions options = method.options();
+  std::vector<std::string> parts;
+  if (options.samples > 0) parts.push_back(fmt::format("samples {}", options.samples));
+  if (options.resolution > 0) parts.push_back(fmt::format("resolution {}", options.resolution));
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
 ChosenMethod method_stage(Job& job, const Visibility& visibility, const SceneSettings& settings) {
   MethodChoice choice{settings.method.value_or(std::string(kAutoMethod)), ""};
   if (choice.name == kAutoMethod) choice = choose_method(visibility);
@@ -170,19 +178,21 @@ ChosenMethod method_stage(Job& job, const Visibility& visibility, const SceneSet
   options.samples = settings.samples.value_or(0);
   options.resolution = settings.resolution.value_or(0);
   options.seed = settings.seed.value_or(options.seed);
-  const auto& own = info.setting == "samples" ? settings.samples : settings.resolution;
-  const Index setting = own.value_or(info.default_setting);
+  auto method = info.make(visibility, options);
+  const FormFactorOptions in_force = method->options();
 
   auto& facts = job.report.form_factors.emplace();
   facts.method = choice.name;
-  facts.parameters = {{std::string(info.setting), setting}, {"seed", static_cast<double>(options.seed)}};
+  facts.parameters = {{"seed", static_cast<double>(in_force.seed)}};
+  if (in_force.samples > 0) facts.parameters.emplace_back("samples", in_force.samples);
+  if (in_force.resolution > 0) facts.parameters.emplace_back("resolution", in_force.resolution);
   auto& modelled = job.report.modelled ? *job.report.modelled : job.report.modelled.emplace();
   modelled.occlusion = !visibility.convex();
   if (visibility.convex())
     modelled.left_out.emplace_back("occlusion: no patch can stand between two others, the room is convex");
-  job.console.line("method", "{} ({} {}, seed {}){}", choice.name, info.setting, setting, options.seed,
+  job.console.line("method", "{} ({}, seed {}){}", choice.name, settings_text(*method), in_force.seed,
                    choice.why.empty() ? "" : "; chosen: " + choice.why);
-  return {&info, options, info.make(visibility, options)};
+  return {&info, options, std::move(method)};
 }
 
 FormFactorMatrix form_factor_stage(Job& job, const FormFactorMethod& method, const Visibility& visibility) {
@@ -211,6 +221,10 @@ FormFactorMatrix form_factor_stage(Job& job, const FormFactorMethod& method, con
   if (assembly.lamps > 0)
     job.console.line("", "{} computed pair by pair, not sampled",
                      numbered(assembly.lamps, "lamp patch", "lamp patches"));
+  if (assembly.pairwise > assembly.lamps)
+    job.console.line(
+        "", "{} computed pair by pair that rays or cells cannot tell: nearly touching, thin or distant",
+        numbered(assembly.pairwise - assembly.lamps, "patch", "patches"));
   const PairCounts& pairs = assembly.pairs;
   const auto all =
       static_cast<double>(pairs.behind + pairs.hidden + pairs.free + pairs.partial + pairs.by_rays);

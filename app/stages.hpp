@@ -49,6 +49,9 @@ struct ChosenMethod {
   FormFactorOptions options;
   std::unique_ptr<FormFactorMethod> method;
 };
+/// "samples 4, resolution 128": what is in force.
+std::string settings_text(const FormFactorMethod& method);
+
 ChosenMethod method_stage(Job& job, const Visibility& visibility, const SceneSettings& settings);
 
 /// All rows of F, or what Ctrl-C left of them: see job.report.form_factors->assembly.completed.

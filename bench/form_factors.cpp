@@ -83,7 +83,7 @@ Reference reference(const BenchScene& scene, Index row_count) {
   const PatchMesh& mesh = scene.finer ? *scene.finer : scene.mesh;
   const Visibility visibility(mesh);
   const FormFactorMethodInfo& info = find_form_factor_method("analytic");
-  const auto method = info.make(visibility, {.samples = 16 * info.default_setting});
+  const auto method = info.make(visibility, {.samples = 16 * info.defaults.samples});
   tbb::parallel_for(std::size_t{0}, out.rows.size(), [&](std::size_t r) {
     const auto parent = [&](Index i) { return scene.finer ? scene.parent[static_cast<std::size_t>(i)] : i; };
     for (Index i = 0; i < mesh.patch_count(); ++i) {
@@ -99,11 +99,9 @@ Reference reference(const BenchScene& scene, Index row_count) {
   return out;
 }
 
-void run(const BenchScene& scene, const Reference& exact, const FormFactorMethodInfo& info, Index setting,
-         bool close) {
+void run(const BenchScene& scene, const Reference& exact, const FormFactorMethodInfo& info,
+         const FormFactorOptions& options, bool close) {
   using Clock = std::chrono::steady_clock;
-  FormFactorOptions options;
-  (info.setting == "resolution" ? options.resolution : options.samples) = setting;
   const auto start = Clock::now();
   const Visibility visibility(scene.mesh);
   const auto method = info.make(visibility, options);
@@ -128,8 +126,9 @@ void run(const BenchScene& scene, const Reference& exact, const FormFactorMethod
     }
     l1 += row / static_cast<double>(exact.rows.size());
   }
-  fmt::print("| {} | {} {}{} | {:.2f} | {:.1f} | {:.2g} | {:.1e} | {:.1e} | {:.1e} | {:.1e} | {:.1e} |\n",
-             scene.name, info.name, setting > 0 ? setting : info.default_setting,
+  fmt::print("| {} | {} {}{}{} | {:.2f} | {:.1f} | {:.2g} | {:.1e} | {:.1e} | {:.1e} | {:.1e} | {:.1e} |\n",
+             scene.name, info.name, options.samples,
+             options.resolution > 0 ? fmt::format(" × {}", options.resolution) : "",
              close ? "" : ", rows as they are", seconds, static_cast<double>(f.bytes()) / 1e6,
              static_cast<double>(report.rays), l1, std::sqrt(square / norm), largest,
              report.before.reciprocity_error_mean, report.before.closure_error_max);
@@ -166,6 +165,19 @@ std::vector<std::vector<std::function<BenchScene()>>> scenes() {
   };
 }
 
+/// The default setting and what shows how error falls with work: four times the rays or points; for hemicubes cells and
+/// viewpoints, the classical one over the centre first.
+std::vector<FormFactorOptions> ladder(const FormFactorMethodInfo& info, Index patches) {
+  if (info.name == "analytic" && patches >= 4000) return {info.defaults};
+  if (info.defaults.resolution == 0) return {info.defaults, {.samples = 4 * info.defaults.samples}};
+  std::vector<FormFactorOptions> steps;
+  for (const Index samples : {1, 4})
+    for (const Index resolution : {64, 128, 256})
+      steps.push_back({.samples = samples, .resolution = resolution});
+  if (patches < 4000) steps.push_back({.samples = 9, .resolution = 256});
+  return steps;
+}
+
 /// What a method at its default setting, or a finer one, may be asked for in a few minutes.
 Index most_patches(const FormFactorMethodInfo& info) {
   return info.name == "hemisphere" ? 200'000 : 12'000;
@@ -178,12 +190,13 @@ int main(int argc, char** argv) {
   Index rows = 48;
   bool smallest = false;
   std::string only, scene_name;
-  std::vector<Index> settings;
+  std::vector<Index> samples, resolutions;
   double patch_size = 0;
   app.add_option("--rows", rows, "rows of F that are compared with the reference")->capture_default_str();
   app.add_option("--method", only, "only this method");
   app.add_option("--scene", scene_name, "only scenes whose name contains this");
-  app.add_option("--setting", settings, "only these settings, with rows restored");
+  app.add_option("--samples", samples, "only these numbers of samples, with rows restored");
+  app.add_option("--resolution", resolutions, "only these numbers of cells, with rows restored");
   app.add_option("--patch-size", patch_size, "the furnished rooms at this size alone, m");
   app.add_flag("--smallest", smallest, "only scenes of a few hundred patches");
   CLI11_PARSE(app, argc, argv);
@@ -203,13 +216,17 @@ int main(int argc, char** argv) {
           reference(scene, n > most_patches(find_form_factor_method("analytic")) ? rows / 4 : rows);
       for (const FormFactorMethodInfo& info : form_factor_methods()) {
         if ((!only.empty() && only != info.name) || n > most_patches(info)) continue;
-        for (const Index setting : settings) run(scene, exact, info, setting, true);
-        if (!settings.empty()) continue;
-        const Index finer =
-            info.default_setting * (info.setting == "resolution" ? 2 : 4);  // about 4 times the work
-        run(scene, exact, info, info.default_setting, true);
-        run(scene, exact, info, info.default_setting, false);
-        run(scene, exact, info, finer, true);
+        if (samples.empty() && resolutions.empty()) {
+          for (const FormFactorOptions& step : ladder(info, n)) run(scene, exact, info, step, true);
+          run(scene, exact, info, info.defaults, false);
+          continue;
+        }
+        const auto or_default = [](const std::vector<Index>& asked, Index standard) {
+          return asked.empty() ? std::vector{standard} : asked;
+        };
+        for (const Index s : or_default(samples, info.defaults.samples))
+          for (const Index r : or_default(resolutions, info.defaults.resolution))
+            run(scene, exact, info, {.samples = s, .resolution = r}, true);
       }
     }
   }

@@ -34,7 +34,7 @@ class Analytic final : public FormFactorMethod {
   }
   bool reciprocal() const override { return true; }
   bool exact() const override { return visibility_.convex(); }
-  Index setting() const override { return pairs_.samples(); }
+  FormFactorOptions options() const override { return {.samples = pairs_.samples(), .seed = pairs_.seed()}; }
   Index max_entries_per_row() const override { return visibility_.mesh().patch_count(); }
   std::uint64_t rays() const override { return pairs_.rays(); }
   PairCounts pairs() const override { return pairs_.counts(); }

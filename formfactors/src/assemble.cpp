@@ -6,13 +6,14 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <mutex>
 #include <utility>
 
 #include "methods.hpp"
-#include "pair_factors.hpp"
+#include "pairwise.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/meshing/tolerances.hpp"
 
@@ -22,11 +23,12 @@ namespace {
 // Rows that one task computes.
 constexpr Index kBlock = 16;
 
-// Sparse rows while they are being made.
-struct Row {
-  std::vector<Index> columns;
-  std::vector<float> values;
+// Sparse rows while they are being made, columns ascending.
+struct Entry {
+  Index column;
+  float value;
 };
+using Row = std::vector<Entry>;
 using RowList = std::vector<Row>;
 
 std::size_t at(Index i) {
@@ -37,7 +39,8 @@ std::size_t at(Index i) {
 // diagonal that is never negative.
 float stored(double f) {
   const auto nearest = static_cast<float>(f);
-  return static_cast<double>(nearest) > f ? std::nextafter(nearest, 0.0F) : nearest;
+  const std::uint32_t above = static_cast<double>(nearest) > f ? 1 : 0;
+  return std::bit_cast<float>(std::bit_cast<std::uint32_t>(nearest) - above);  // f ≥ 0: the next smaller one
 }
 
 template <class F>
@@ -68,9 +71,8 @@ Computed compute_rows(const FormFactorMethod& method, Index n, bool upper, const
     method.rows(first, last, upper,
                 [&](Index i, std::span<const Index> columns, std::span<const double> values, double escaped) {
                   Row& row = out.rows[at(i)];
-                  row.columns.assign(columns.begin(), columns.end());
-                  row.values.resize(values.size());
-                  std::transform(values.begin(), values.end(), row.values.begin(), stored);
+                  row.resize(values.size());
+                  for (std::size_t k = 0; k < row.size(); ++k) row[k] = {columns[k], stored(values[k])};
                   out.escaped[at(i)] = escaped;
                 });
     rows_done += last - first;
@@ -97,23 +99,18 @@ RowList transpose(const RowList& rows) {
   std::vector<std::vector<std::uint32_t>> place(kBlocks, std::vector<std::uint32_t>(n, 0));
   tbb::parallel_for(std::size_t{0}, kBlocks, [&](std::size_t block) {
     for (std::size_t i = first(block); i < first(block + 1); ++i)
-      for (const Index j : rows[i].columns) ++place[block][at(j)];
+      for (const Entry& e : rows[i]) ++place[block][at(e.column)];
   });
   RowList t(n);
   for_each_row(static_cast<Index>(n), [&](Index j) {
     std::uint32_t sum = 0;
     for (auto& block : place) sum += std::exchange(block[at(j)], sum);
-    t[at(j)].columns.resize(sum);
-    t[at(j)].values.resize(sum);
+    t[at(j)].resize(sum);
   });
   tbb::parallel_for(std::size_t{0}, kBlocks, [&](std::size_t block) {
     for (std::size_t i = first(block); i < first(block + 1); ++i) {
-      for (std::size_t k = 0; k < rows[i].columns.size(); ++k) {
-        const std::size_t j = at(rows[i].columns[k]);
-        const std::uint32_t p = place[block][j]++;
-        t[j].columns[p] = static_cast<Index>(i);
-        t[j].values[p] = rows[i].values[k];
-      }
+      for (const Entry& e : rows[i])
+        t[at(e.column)][place[block][at(e.column)]++] = {static_cast<Index>(i), e.value};
     }
   });
   return t;
@@ -122,15 +119,16 @@ RowList transpose(const RowList& rows) {
 // Calls f(j, a_j, b_j) for every column of either row, ascending, with 0 where one has no entry.
 template <class F>
 void merge(const Row& a, const Row& b, F&& f) {
-  std::size_t p = 0;
-  std::size_t q = 0;
-  while (p < a.columns.size() || q < b.columns.size()) {
-    const bool take_a = q == b.columns.size() || (p < a.columns.size() && a.columns[p] <= b.columns[q]);
-    const bool take_b = p == a.columns.size() || (q < b.columns.size() && b.columns[q] <= a.columns[p]);
-    const Index j = take_a ? a.columns[p] : b.columns[q];
-    f(j, take_a ? static_cast<double>(a.values[p]) : 0, take_b ? static_cast<double>(b.values[q]) : 0);
-    p += take_a ? 1 : 0;
-    q += take_b ? 1 : 0;
+  constexpr Index kEnd = std::numeric_limits<Index>::max();
+  auto p = a.begin();
+  auto q = b.begin();
+  while (p != a.end() || q != b.end()) {
+    const Index ja = p != a.end() ? p->column : kEnd;
+    const Index jb = q != b.end() ? q->column : kEnd;
+    f(std::min(ja, jb), ja <= jb ? static_cast<double>(p->value) : 0,
+      jb <= ja ? static_cast<double>(q->value) : 0);
+    p += ja <= jb ? 1 : 0;
+    q += jb <= ja ? 1 : 0;
   }
 }
 
@@ -141,74 +139,59 @@ void mirror(RowList& upper, const Eigen::ArrayXd& areas) {
     const Row& left = lower[at(j)];
     Row& row = upper[at(j)];
     Row full;
-    full.columns.reserve(left.columns.size() + row.columns.size());
-    full.values.reserve(full.columns.capacity());
-    for (std::size_t k = 0; k < left.columns.size(); ++k) {
-      const Index i = left.columns[k];
-      full.columns.push_back(i);
-      full.values.push_back(stored(static_cast<double>(left.values[k]) * areas[i] / areas[j]));
-    }
-    full.columns.insert(full.columns.end(), row.columns.begin(), row.columns.end());
-    full.values.insert(full.values.end(), row.values.begin(), row.values.end());
+    full.reserve(left.size() + row.size());
+    for (const Entry& e : left)
+      full.push_back({e.column, stored(static_cast<double>(e.value) * areas[e.column] / areas[j])});
+    full.insert(full.end(), row.begin(), row.end());
     row = std::move(full);
   });
 }
 
-// Replaces rows and columns of the lamps by factors of single pairs.
-void replace_lamps(RowList& rows, const std::vector<Index>& lamps, const PairFactors& pairs,
-                   const Eigen::ArrayXd& areas) {
-  const auto n = static_cast<Index>(rows.size());
-  std::vector<Eigen::ArrayXd> mutual(lamps.size(), Eigen::ArrayXd(n));
-  for_each_row(n, [&](Index i) {
-    for (std::size_t k = 0; k < lamps.size(); ++k)
-      mutual[k][i] = i == lamps[k] ? 0 : pairs.mutual_area(i, lamps[k]);
+// Patches whose rows and columns are computed pair by pair.
+struct Singled {
+  std::vector<Index> patches;    // ascending
+  std::vector<std::uint8_t> is;  // of all patches
+  bool has(Index i) const { return is[at(i)] != 0; }
+};
+
+Singled singled_out(std::vector<Index> patches, Index n) {
+  Singled out{std::move(patches), std::vector<std::uint8_t>(at(n), 0)};
+  for (const Index i : out.patches) out.is[at(i)] = 1;
+  return out;
+}
+
+// Replaces rows and columns by factors of single pairs.
+void replace_by_pairs(RowList& rows, const Singled& singled, const PairFactors& pairs,
+                      const Eigen::ArrayXd& areas) {
+  RowList columns(rows.size());  // columns[k]: what all patches send to singled.patches[k]
+  tbb::parallel_for(std::size_t{0}, singled.patches.size(), [&](std::size_t k) {
+    const Index i = singled.patches[k];
+    Row& row = rows[at(i)];
+    row.clear();
+    pairs.for_each_in_row(i, false, [&](Index j, double mutual) {
+      row.push_back({j, stored(mutual / areas[i])});
+      columns[at(i)].push_back({j, stored(mutual / areas[j])});
+    });
+    const auto before = [](const Entry& a, const Entry& b) { return a.column < b.column; };
+    std::sort(row.begin(), row.end(), before);
+    std::sort(columns[at(i)].begin(), columns[at(i)].end(), before);
   });
-  for_each_row(n, [&](Index i) {
-    Row exact;
-    const auto own = std::lower_bound(lamps.begin(), lamps.end(), i);
-    if (own != lamps.end() && *own == i) {
-      const Eigen::ArrayXd& row = mutual[at(static_cast<Index>(own - lamps.begin()))];
-      for (Index j = 0; j < n; ++j) {
-        if (row[j] <= 0) continue;
-        exact.columns.push_back(j);
-        exact.values.push_back(stored(row[j] / areas[i]));
-      }
-      rows[at(i)] = std::move(exact);
-      return;
-    }
-    for (std::size_t k = 0; k < lamps.size(); ++k) {
-      if (mutual[k][i] <= 0) continue;
-      exact.columns.push_back(lamps[k]);
-      exact.values.push_back(stored(mutual[k][i] / areas[i]));
-    }
+  const RowList exact = transpose(columns);
+  for_each_row(static_cast<Index>(rows.size()), [&](Index i) {
+    if (singled.has(i)) return;
     Row merged;
-    merge(rows[at(i)], exact, [&](Index j, double sampled, double pair) {
-      const double f = std::binary_search(lamps.begin(), lamps.end(), j) ? pair : sampled;
-      if (f <= 0) return;
-      merged.columns.push_back(j);
-      merged.values.push_back(static_cast<float>(f));
+    merged.reserve(rows[at(i)].size() + exact[at(i)].size());
+    merge(rows[at(i)], exact[at(i)], [&](Index j, double sampled, double pair) {
+      const double f = singled.has(j) ? pair : sampled;
+      if (f > 0) merged.push_back({j, static_cast<float>(f)});
     });
     rows[at(i)] = std::move(merged);
   });
 }
 
-// Two estimates of the same A_i F_ij, one from either end. The one from i, of K samples, has a variance in proportion to A_i;
-// weighted by inverse variance,   A_i F_ij = (F_ij + F_ji) / (1/A_i + 1/A_j).
-void symmetrise(RowList& rows, const RowList& t, const Eigen::ArrayXd& areas) {
-  RowList symmetric(rows.size());
-  for_each_row(static_cast<Index>(rows.size()), [&](Index i) {
-    Row& row = symmetric[at(i)];
-    merge(rows[at(i)], t[at(i)], [&](Index j, double f_ij, double f_ji) {
-      row.columns.push_back(j);
-      row.values.push_back(stored((f_ij + f_ji) * areas[j] / (areas[i] + areas[j])));
-    });
-  });
-  rows = std::move(symmetric);
-}
-
 double sum(const Row& row) {
   double s = 0;
-  for (const float f : row.values) s += static_cast<double>(f);
+  for (const Entry& e : row) s += static_cast<double>(e.value);
   return s;
 }
 
@@ -218,42 +201,113 @@ Eigen::ArrayXd row_sums(const RowList& rows) {
   return sums;
 }
 
-// S ← D S D, and where that leaves row sums R_i above their targets
-//   S_ij ← S_ij min(s_i, s_j),   s_i = min(1, t_i / R_i).
-void scale(RowList& rows, const Eigen::ArrayXd& d, const Eigen::ArrayXd& reached,
-           const Eigen::ArrayXd& target) {
-  const Eigen::ArrayXd cap = (reached > target).select(target / reached.max(1e-300), 1.0);
-  for_each_row(static_cast<Index>(rows.size()), [&](Index i) {
-    Row& row = rows[at(i)];
-    for (std::size_t k = 0; k < row.columns.size(); ++k) {
-      const Index j = row.columns[k];
-      row.values[k] = stored(d[i] * static_cast<double>(row.values[k]) * d[j] * std::min(cap[i], cap[j]));
-    }
-  });
+FormFactorQuality quality_of(const Eigen::ArrayXd& sums, const Eigen::ArrayXd& target,
+                             const Eigen::ArrayXd& reciprocity, const Eigen::ArrayXd& areas) {
+  FormFactorQuality quality;
+  if (areas.size() == 0) return quality;
+  const Eigen::ArrayXd closure = (sums - target).abs();
+  quality.closure_error_max = closure.maxCoeff();
+  quality.closure_error_mean = (closure * areas).sum() / areas.sum();
+  quality.reciprocity_error_max = reciprocity.maxCoeff();
+  quality.reciprocity_error_mean = (reciprocity * areas).sum() / areas.sum();
+  return quality;
 }
 
-// S ← D S D with Σ_j S_ij = A_i t_i, D diagonal, by Newton's method in log D: with R_i the row sums of the scaled F,
+// What two entries that should be A_i F_ij = A_j F_ji differ by, as a share of what leaves i.
+double reciprocity_error(double f_ij, double f_ji, double a_i, double a_j) {
+  return std::abs(f_ij * a_i - f_ji * a_j) / (2 * a_i);
+}
+
+FormFactorQuality measure(const RowList& rows, const Eigen::ArrayXd& target, const Eigen::ArrayXd& areas) {
+  const RowList t = transpose(rows);
+  Eigen::ArrayXd reciprocity = Eigen::ArrayXd::Zero(areas.size());
+  for_each_row(static_cast<Index>(rows.size()), [&](Index i) {
+    merge(rows[at(i)], t[at(i)], [&](Index j, double f_ij, double f_ji) {
+      reciprocity[i] += reciprocity_error(f_ij, f_ji, areas[i], areas[j]);
+    });
+  });
+  return quality_of(row_sums(rows), target, reciprocity, areas);
+}
+
+// Turns F into S, S_ij = A_i F_ij, the same bits on both sides of the diagonal, and measures F while it passes. Two estimates of
+// the same A_i F_ij, one from either end: the one from i, of K samples, has a variance in proportion to A_i; weighted by inverse
+// variance,   S_ij = (F_ij + F_ji) / (1/A_i + 1/A_j).
+FormFactorQuality symmetrise(RowList& rows, const Eigen::ArrayXd& target, const Eigen::ArrayXd& areas) {
+  RowList t = transpose(rows);
+  Eigen::ArrayXd reciprocity = Eigen::ArrayXd::Zero(areas.size());
+  Eigen::ArrayXd sums(areas.size());
+  for_each_row(static_cast<Index>(rows.size()), [&](Index i) {
+    Row& row = rows[at(i)];
+    sums[i] = sum(row);
+    Row symmetric;
+    symmetric.reserve(row.size() + t[at(i)].size());
+    double error = 0;
+    merge(row, t[at(i)], [&](Index j, double f_ij, double f_ji) {
+      error += reciprocity_error(f_ij, f_ji, areas[i], areas[j]);
+      symmetric.push_back(
+          {j, static_cast<float>((f_ij + f_ji) * (areas[i] * areas[j] / (areas[i] + areas[j])))});
+    });
+    reciprocity[i] = error;
+    row = Row(symmetric.begin(), symmetric.end());
+    t[at(i)] = {};
+  });
+  return quality_of(sums, target, reciprocity, areas);
+}
+
+// How S is scaled:
+//   S_ij ← d_i d_j min(s_i, s_j) S_ij   between sampled patches,
+//   S_ij ← c_i c_j min(s_i, s_j) S_ij   where one was computed pair by pair: such entries are right as they are, up to a factor of
+// the whole row; c = 1 for sampled patches. s_i ≤ 1 holds back rows that would otherwise pass their target.
+struct Scaling {
+  Eigen::ArrayXd d, s, c;
+  const std::vector<std::uint8_t>& pairwise;
+  double operator()(Index i, Index j) const {
+    const bool sampled = (pairwise[at(i)] | pairwise[at(j)]) == 0;
+    return (sampled ? d[i] * d[j] : c[i] * c[j]) * std::min(s[i], s[j]);
+  }
+};
+
+// D diagonal such that Σ_j D_i S_ij D_j = A_i t_i, by Newton's method in log D: with R_i the row sums of the scaled F,
 //   (diag(A R) + D S D) δ = A (t − R),   D ← D exp(δ),
 // where each step is solved by conjugate gradients preconditioned with diag(A R). (The symmetric Sinkhorn iteration
 // D_i ← D_i √(t_i / R_i) [Knight2008] takes 100 products where this takes 30.) Where patches that nearly only see each other do
 // not agree on what they exchange there is no such D: the iteration ends where it stops paying, and no row is left above its
-// target.
-void scale_to_row_sums(RowList& rows, const Eigen::ArrayXd& target, const Eigen::ArrayXd& areas) {
+// target. Rows of patches computed pair by pair are scaled first, each as a whole, by Sinkhorn's iteration: they are few.
+Scaling scaling_to_row_sums(const RowList& rows, const Eigen::ArrayXd& row_target,
+                            const Eigen::ArrayXd& areas, const Singled& singled) {
   constexpr int kSteps = 20;
   constexpr int kInner = 30;
   constexpr double kInnerTolerance = 1e-2;
   constexpr double kEnough = 1e-6;  // what is left goes to the diagonal
+  constexpr int kSinkhorn = 30;
   const auto n = static_cast<Index>(rows.size());
-  Eigen::ArrayXd d = Eigen::ArrayXd::Ones(n);
+  Scaling out{Eigen::ArrayXd::Ones(n), Eigen::ArrayXd::Ones(n), Eigen::ArrayXd::Ones(n), singled.is};
+  Eigen::ArrayXd target = row_target;
+  if (!singled.patches.empty()) {
+    for (int step = 0; step < kSinkhorn; ++step) {
+      Eigen::ArrayXd better = out.c;
+      for (const Index i : singled.patches) {
+        double reached = 0;
+        for (const Entry& e : rows[at(i)]) reached += static_cast<double>(e.value) * out.c[e.column];
+        if (reached > 0) better[i] *= std::sqrt(row_target[i] * areas[i] / (out.c[i] * reached));
+      }
+      out.c = better;
+    }
+    for (const Index i : singled.patches) out.d[i] = 0;
+    for_each_row(n, [&](Index i) {
+      for (const Entry& e : rows[at(i)])
+        if (singled.has(i) || singled.has(e.column))
+          target[i] -= out.c[i] * out.c[e.column] * static_cast<double>(e.value) / areas[i];
+    });
+  }
+  Eigen::ArrayXd& d = out.d;
   const auto product = [&](const Eigen::ArrayXd& x) {  // of the scaled F
     Eigen::ArrayXd y(n);
     const Eigen::ArrayXd dx = d * x;
     for_each_row(n, [&](Index i) {
-      const Row& row = rows[at(i)];
-      double s = 0;
-      for (std::size_t k = 0; k < row.columns.size(); ++k)
-        s += static_cast<double>(row.values[k]) * dx[row.columns[k]];
-      y[i] = d[i] * s;
+      double sum = 0;
+      for (const Entry& e : rows[at(i)]) sum += static_cast<double>(e.value) * dx[e.column];
+      y[i] = d[i] / areas[i] * sum;
     });
     return y;
   };
@@ -285,27 +339,10 @@ void scale_to_row_sums(RowList& rows, const Eigen::ArrayXd& target, const Eigen:
     }
     d *= delta.max(-1).min(1).exp();
   }
-  scale(rows, d, reached, target);
-}
-
-// t is the transpose of rows.
-FormFactorQuality measure(const RowList& rows, const RowList& t, const Eigen::ArrayXd& target,
-                          const Eigen::ArrayXd& areas) {
-  const auto n = static_cast<Index>(rows.size());
-  FormFactorQuality quality;
-  if (n == 0) return quality;
-  const Eigen::ArrayXd closure = (row_sums(rows) - target).abs();
-  quality.closure_error_max = closure.maxCoeff();
-  quality.closure_error_mean = (closure * areas).sum() / areas.sum();
-  Eigen::ArrayXd reciprocity = Eigen::ArrayXd::Zero(n);
-  for_each_row(n, [&](Index i) {
-    merge(rows[at(i)], t[at(i)], [&](Index j, double f_ij, double f_ji) {
-      reciprocity[i] += std::abs(f_ij - f_ji * areas[j] / areas[i]) / 2;
-    });
-  });
-  quality.reciprocity_error_max = reciprocity.maxCoeff();
-  quality.reciprocity_error_mean = (reciprocity * areas).sum() / areas.sum();
-  return quality;
+  const Eigen::ArrayXd fixed = row_target - target;
+  reached += fixed;
+  out.s = (reached > row_target).select(row_target / reached.max(1e-300), 1.0);
+  return out;
 }
 
 // Share of the directions from each patch that is lost through open sides or on the backs of patches.
@@ -339,17 +376,19 @@ void require_memory(const FormFactorMethod& method, Index n, std::size_t limit) 
                                        : static_cast<Index>(std::sqrt(static_cast<double>(limit) / 24))));
 }
 
-FormFactorMatrix::Rows pack(RowList& rows) {
+// Calls value(i, entry) for what is stored of each entry; the rows are used up.
+template <class F>
+FormFactorMatrix::Rows pack(RowList& rows, F&& value) {
   FormFactorMatrix::Rows out;
   out.n = static_cast<Index>(rows.size());
   const std::size_t n = rows.size();
   std::size_t entries = 0;
-  for (const Row& row : rows) entries += row.columns.size();
+  for (const Row& row : rows) entries += row.size();
   const bool sparse =
       entries * (sizeof(float) + sizeof(Index)) + (n + 1) * sizeof(std::size_t) < n * n * sizeof(float);
   if (sparse) {
     out.start.assign(n + 1, 0);
-    for (std::size_t i = 0; i < n; ++i) out.start[i + 1] = out.start[i] + rows[i].columns.size();
+    for (std::size_t i = 0; i < n; ++i) out.start[i + 1] = out.start[i] + rows[i].size();
     out.columns.resize(entries);
     out.values.resize(entries);
   } else {
@@ -357,17 +396,38 @@ FormFactorMatrix::Rows pack(RowList& rows) {
   }
   for_each_row(out.n, [&](Index i) {
     Row& row = rows[at(i)];
-    if (sparse) {
-      std::copy(row.columns.begin(), row.columns.end(),
-                out.columns.begin() + static_cast<std::ptrdiff_t>(out.start[at(i)]));
-      std::copy(row.values.begin(), row.values.end(),
-                out.values.begin() + static_cast<std::ptrdiff_t>(out.start[at(i)]));
-    } else {
-      for (std::size_t k = 0; k < row.columns.size(); ++k)
-        out.values[at(i) * n + at(row.columns[k])] = row.values[k];
+    for (std::size_t k = 0; k < row.size(); ++k) {
+      const float f = value(i, row[k]);
+      if (sparse) {
+        out.columns[out.start[at(i)] + k] = row[k].column;
+        out.values[out.start[at(i)] + k] = f;
+      } else {
+        out.values[at(i) * n + at(row[k].column)] = f;
+      }
     }
     row = {};
   });
+  return out;
+}
+
+// F_ij = D S D / A_i, and how well it closes.
+FormFactorMatrix::Rows pack_scaled(RowList& symmetric, const Scaling& scaling, const Eigen::ArrayXd& target,
+                                   const Eigen::ArrayXd& areas, FormFactorQuality& quality,
+                                   Eigen::ArrayXd& sums) {
+  sums = Eigen::ArrayXd::Zero(areas.size());
+  Eigen::ArrayXd reciprocity = sums;
+  const Eigen::ArrayXd inverse = 1 / areas;
+  FormFactorMatrix::Rows out = pack(symmetric, [&](Index i, const Entry& e) {
+    const double s = scaling(i, e.column) * static_cast<double>(e.value);
+    const float f_ij = stored(s * inverse[i]);
+    const float f_ji =
+        stored(s * inverse[e.column]);  // what row j stores: S and its scaling are the same there
+    sums[i] += static_cast<double>(f_ij);
+    reciprocity[i] +=
+        reciprocity_error(static_cast<double>(f_ij), static_cast<double>(f_ji), areas[i], areas[e.column]);
+    return f_ij;
+  });
+  quality = quality_of(sums, target, reciprocity, areas);
   return out;
 }
 
@@ -387,20 +447,25 @@ FormFactorMatrix assemble(const FormFactorMethod& method, const Visibility& visi
   if (method.reciprocal()) mirror(rows, areas);
   facts.rays = method.rays();
   facts.pairs = method.pairs();
+  std::vector<double> escaped = std::move(computed.escaped);
+  const bool method_sees_escape = n > 0 && escaped[0] >= 0;
+  Singled singled = singled_out({}, n);
   if (!method.reciprocal() && facts.completed) {
-    const std::vector<Index> lamps = lamps_of(mesh);
-    if (!lamps.empty()) {
-      const PairFactors pairs(visibility, kLampSamples, 1);
-      replace_lamps(rows, lamps, pairs, areas);
-      facts.rays += pairs.rays();
-      facts.lamps = static_cast<Index>(lamps.size());
+    const Eigen::ArrayXd sums = row_sums(rows);
+    PairwisePatches chosen = pairwise_patches(method, visibility, {sums.data(), at(n)});
+    if (!chosen.patches.empty()) {
+      singled = singled_out(std::move(chosen.patches), n);
+      replace_by_pairs(rows, singled, *chosen.factors, areas);
+      facts.rays += chosen.factors->rays();
+      facts.lamps = chosen.lamps;
+      facts.pairwise = static_cast<Index>(singled.patches.size());
+      for (const Index i : chosen.misjudged) escaped[at(i)] = std::max(0.0, 1 - sum(rows[at(i)]));
     }
+    facts.warnings = std::move(chosen.warnings);
   }
 
   // What the rows should sum to.
   Eigen::ArrayXd target = row_sums(rows);
-  std::vector<double> escaped = std::move(computed.escaped);
-  const bool method_sees_escape = n > 0 && escaped[0] >= 0;
   const bool close = options.close && !method.exact() && facts.completed;
   if (!method_sees_escape && close) escaped = probe_escape(visibility, facts.rays);
   if (n > 0 && escaped[0] >= 0) {
@@ -409,8 +474,9 @@ FormFactorMatrix assemble(const FormFactorMethod& method, const Visibility& visi
     facts.closed_scene = seeing.sum() > 0 && (e * seeing).sum() <= tolerance::kClosedScene * seeing.sum();
     if (facts.closed_scene) {
       target = (target > 0).cast<double>();
-    } else if (method_sees_escape) {
-      target = (target > 0).select(1 - e, 0.0);
+    } else if (method_sees_escape) {  // pairs know better than directions
+      for (Index i = 0; i < n; ++i)
+        if (target[i] > 0) target[i] = singled.has(i) ? std::min(1.0, target[i]) : 1 - e[i];
     }
   }
   if (method.exact() && facts.completed && n > 0 && (target > 0).any()) {
@@ -422,28 +488,29 @@ FormFactorMatrix assemble(const FormFactorMethod& method, const Visibility& visi
   // A method that looks at pairs knows the row sums of an open scene better than a sample of directions does.
   const bool known_target = facts.closed_scene || method_sees_escape;
 
-  RowList t = transpose(rows);
-  facts.before = measure(rows, t, target, areas);
   facts.closed_rows = close && known_target;
+  FormFactorMatrix::Rows packed;
+  Eigen::ArrayXd sums;
   if (facts.closed_rows) {
-    if (!method.reciprocal()) symmetrise(rows, t, areas);
-    scale_to_row_sums(rows, target, areas);
-    t = transpose(rows);
-    facts.after = measure(rows, t, target, areas);
+    facts.before = symmetrise(rows, target, areas);
+    // Where all that see anything were computed pair by pair there is nothing to scale them against.
+    Index sampled = 0;
+    for (Index i = 0; i < n; ++i) sampled += target[i] > 0 && !singled.has(i) ? 1 : 0;
+    if (sampled == 0) singled = singled_out({}, n);
+    packed = pack_scaled(rows, scaling_to_row_sums(rows, target, areas, singled), target, areas, facts.after,
+                         sums);
   } else if (options.close && (target > 1).any()) {  // at most 1, even where the right sum is not known
+    facts.before = symmetrise(rows, target, areas);
     const Eigen::ArrayXd one = Eigen::ArrayXd::Ones(n);
-    scale(rows, one, target, one);
-    target = row_sums(rows);
-    t = transpose(rows);
-    facts.after = measure(rows, t, target, areas);
+    packed = pack_scaled(rows, {one, target.max(1.0).inverse(), one, singled.is}, target.min(1.0), areas,
+                         facts.after, sums);
+    target = sums;
   } else {
-    facts.after = facts.before;
+    facts.before = facts.after = measure(rows, target, areas);
+    sums = row_sums(rows);
+    packed = pack(rows, [](Index, const Entry& e) { return e.value; });
   }
-  t = {};
-
-  const Eigen::ArrayXd sums = row_sums(rows);
   facts.blind_patches = static_cast<Index>((sums == 0).count());
-  FormFactorMatrix::Rows packed = pack(rows);
   const bool known_sums = facts.closed_rows || (facts.completed && facts.closed_scene && method.exact());
   const Eigen::ArrayXd reached = known_sums ? target : sums;
   if (known_sums) {

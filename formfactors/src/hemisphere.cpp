@@ -28,7 +28,7 @@ class Hemisphere final : public FormFactorMethod {
         blocks_(static_cast<int>(std::ceil(std::sqrt(static_cast<double>(options.samples) / 16)))) {
     constexpr Index kMostSets = 16;
     constexpr Index kMostDirections = 1 << 18;
-    const Index sets = std::clamp(kMostDirections / setting(), Index{1}, kMostSets);
+    const Index sets = std::clamp(kMostDirections / samples(), Index{1}, kMostSets);
     for (Index set = 0; set < sets; ++set) sets_.push_back(directions(static_cast<std::uint64_t>(set)));
   }
 
@@ -36,14 +36,16 @@ class Hemisphere final : public FormFactorMethod {
   bool reciprocal() const override { return false; }
   bool exact() const override { return false; }
   std::uint64_t rays() const override { return rays_.load(std::memory_order_relaxed); }
-  Index setting() const override { return 16 * blocks_ * blocks_; }
-  Index max_entries_per_row() const override { return std::min(setting(), visibility_.mesh().patch_count()); }
+  FormFactorOptions options() const override { return {.samples = samples(), .seed = seed_}; }
+  double grain() const override { return 1.0 / samples(); }
+  Index max_entries_per_row() const override { return std::min(samples(), visibility_.mesh().patch_count()); }
 
  private:
   struct Packet {
     alignas(64) std::array<float, 16> x, y, z;
   };
   std::vector<Packet> directions(std::uint64_t set) const;
+  Index samples() const { return 16 * blocks_ * blocks_; }
 
   const Visibility& visibility_;
   mutable std::atomic<std::uint64_t> rays_{0};
@@ -74,13 +76,19 @@ void Hemisphere::rows(Index first, Index last, bool, const Sink& sink) const {
   // Points beyond these add nothing: they fill the patch far more densely than the directions fill the disk.
   constexpr std::size_t kMostPointBlocks = 32;
   const PatchMesh& mesh = visibility_.mesh();
-  std::vector<Index> hits(static_cast<std::size_t>(mesh.patch_count()), 0);
-  std::vector<Index> columns;
-  std::vector<double> values;
+  // What leaves the scene, what ends on a back, and then the patches: counted without looking whether it is their first hit,
+  // which a processor cannot foresee. Blocks of patches that were hit are looked through afterwards.
+  static_assert(Visibility::kNothing == -1 && Visibility::kBack == -2);
+  constexpr std::size_t kPatches = 2;
+  constexpr std::size_t kBlock = 16;
+  std::vector<Index> hits(kPatches + static_cast<std::size_t>(mesh.patch_count()) + kBlock, 0);
+  std::vector<std::uint8_t> touched(hits.size() / kBlock + 1, 0);
+  std::vector<Index> columns(static_cast<std::size_t>(max_entries_per_row()) + 1);
+  std::vector<double> values(columns.size());
   const auto packets = static_cast<std::size_t>(blocks_ * blocks_);
   std::vector<Packet> points(std::min(packets, kMostPointBlocks));
   std::vector<std::size_t> order(packets);
-  const double share = 1.0 / setting();
+  const double share = 1.0 / samples();
   for (Index i = first; i < last; ++i) {
     if (visibility_.covered(i)) {
       sink(i, {}, {}, 1);
@@ -109,8 +117,6 @@ void Hemisphere::rows(Index first, Index last, bool, const Sink& sink) const {
     std::iota(order.begin(), order.end(), std::size_t{0});
     for (std::size_t k = packets; k > 1; --k) std::swap(order[k - 1], order[random.next() % k]);
 
-    columns.clear();
-    Index lost = 0;
     Visibility::Packet packet;
     packet.from = i;
     packet.count = 16;
@@ -127,28 +133,26 @@ void Hemisphere::rows(Index first, Index last, bool, const Sink& sink) const {
       }
       visibility_.first_hits(packet);
       for (const Index j : packet.hit) {
-        if (j < 0) {
-          ++lost;
-        } else if (hits[static_cast<std::size_t>(j)]++ == 0) {
-          columns.push_back(j);
-        }
+        const auto slot = static_cast<std::size_t>(j + static_cast<Index>(kPatches));
+        ++hits[slot];
+        touched[slot / kBlock] = 1;
       }
     }
-    rays_.fetch_add(static_cast<std::uint64_t>(setting()), std::memory_order_relaxed);
-    // Many columns are found in order faster by looking at every patch than by sorting.
-    if (columns.size() > hits.size() / 64) {
-      columns.clear();
-      for (std::size_t j = 0; j < hits.size(); ++j)
-        if (hits[j] > 0) columns.push_back(static_cast<Index>(j));
-    } else {
-      std::sort(columns.begin(), columns.end());
+    rays_.fetch_add(static_cast<std::uint64_t>(samples()), std::memory_order_relaxed);
+    const Index lost = hits[0] + hits[1];
+    hits[0] = hits[1] = 0;
+    std::size_t count = 0;
+    for (std::size_t block = 0; block < touched.size(); ++block) {
+      if (touched[block] == 0) continue;
+      touched[block] = 0;
+      for (std::size_t slot = block * kBlock; slot < (block + 1) * kBlock; ++slot) {
+        columns[count] = static_cast<Index>(slot) - static_cast<Index>(kPatches);
+        values[count] = hits[slot] * share;
+        count += hits[slot] > 0 ? 1 : 0;
+        hits[slot] = 0;
+      }
     }
-    values.clear();
-    for (const Index j : columns) {
-      values.push_back(hits[static_cast<std::size_t>(j)] * share);
-      hits[static_cast<std::size_t>(j)] = 0;
-    }
-    sink(i, columns, values, lost * share);
+    sink(i, std::span(columns).first(count), std::span(values).first(count), lost * share);
   }
 }
 

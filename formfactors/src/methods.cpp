@@ -11,12 +11,21 @@ namespace radiosity {
 namespace {
 
 constexpr std::array<FormFactorMethodInfo, 3> kMethods{{
-    {"analytic", "exact unoccluded factor of each pair × visible fraction by exact shadows", "Sparrow1963",
-     "samples", 36, make_analytic},
-    {"hemisphere", "cosine-distributed rays from points spread over the patch", "Nusselt1928, Malley1988",
-     "samples", 1024, make_hemisphere},
-    {"hemicube", "item buffer on the five faces of half a cube over points of the patch",
-     "CohenGreenberg1985", "resolution", 128, make_hemicube},
+    {"analytic",
+     "exact unoccluded factor of each pair × visible fraction by exact shadows",
+     "Sparrow1963",
+     {.samples = 36},
+     make_analytic},
+    {"hemisphere",
+     "cosine-distributed rays from points spread over the patch",
+     "Nusselt1928, Malley1988",
+     {.samples = 1024},
+     make_hemisphere},
+    {"hemicube",
+     "item buffer on the five faces of half a cube over points of the patch",
+     "CohenGreenberg1985",
+     {.samples = 4, .resolution = 128},
+     make_hemicube},
 }};
 
 }  // namespace
@@ -37,14 +46,16 @@ const FormFactorMethodInfo& find_form_factor_method(std::string_view name) {
 
 std::unique_ptr<FormFactorMethod> FormFactorMethodInfo::make(const Visibility& visibility,
                                                              FormFactorOptions options) const {
-  Index& value = setting == "samples" ? options.samples : options.resolution;
-  if (value < 0)
-    throw InputError(
-        fmt::format("{}: {} is negative; 0 takes the default {}", setting, value, default_setting));
-  const Index largest = setting == "samples" ? 1 << 20 : 1 << 12;
-  if (value > largest)
-    throw InputError(fmt::format("{}: {} is above the largest value, {}", setting, value, largest));
-  if (value == 0) value = default_setting;
+  const auto fill = [](std::string_view setting, Index& value, Index standard, Index largest) {
+    if (standard == 0) return;
+    if (value < 0)
+      throw InputError(fmt::format("{}: {} is negative; 0 takes the default {}", setting, value, standard));
+    if (value > largest)
+      throw InputError(fmt::format("{}: {} is above the largest value, {}", setting, value, largest));
+    if (value == 0) value = standard;
+  };
+  fill("samples", options.samples, defaults.samples, 1 << 20);
+  fill("resolution", options.resolution, defaults.resolution, 1 << 12);
   return factory(visibility, options);
 }
 

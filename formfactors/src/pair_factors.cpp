@@ -59,18 +59,6 @@ thread_local Occluders::Scratch scratch;
 
 }  // namespace
 
-std::vector<Index> lamps_of(const PatchMesh& mesh) {
-  constexpr std::size_t kMostPairs = 50'000'000;
-  std::vector<Index> lamps;
-  for (Index i = 0; i < mesh.patch_count(); ++i) {
-    if ((mesh.material_of(i).emission > 0).any()) lamps.push_back(i);
-  }
-  const std::size_t n = static_cast<std::size_t>(mesh.patch_count());
-  const std::size_t most =
-      std::max<std::size_t>(4, std::min(n / 20, kMostPairs / std::max<std::size_t>(n, 1)));
-  return lamps.size() <= most ? lamps : std::vector<Index>{};
-}
-
 PairFactors::PairFactors(const Visibility& visibility, Index samples, std::uint64_t seed)
     : visibility_(visibility), samples_(samples), packets_((samples + 15) / 16), seed_(seed) {
   const PatchMesh& mesh = visibility.mesh();
@@ -158,6 +146,12 @@ std::uint64_t PairCounts::*PairFactors::approach(Index i, std::size_t group) con
   if (occluders_ && occluders_->approach(i, p.corners, group, scratch) == Occluders::View::hidden)
     return &PairCounts::hidden;
   return nullptr;
+}
+
+bool PairFactors::may_see_any(Index i) const {
+  for (std::size_t group = 0; group < groups_.size(); ++group)
+    if (approach(i, group) == nullptr) return true;
+  return false;
 }
 
 double PairFactors::mutual_area(Index i, Index j) const {

@@ -14,13 +14,6 @@
 
 namespace radiosity {
 
-/// Points per partly hidden pair of a lamp and another patch.
-inline constexpr Index kLampSamples = 4;
-
-/// Patches that emit, ascending; none where they are so many (one in 20, or 5·10⁷ pairs: half a minute and 400 MB) that
-/// pairs would cost more than sampled rows.
-std::vector<Index> lamps_of(const PatchMesh& mesh);
-
 /// A_i F_ij of single pairs = (exact unoccluded factor) × (visible fraction). Convex scenes need no fraction and are exact.
 /// Elsewhere the polygons of the scene as they were before they were cut into patches are asked (Occluders): most pairs
 /// are proved to see all or nothing of each other. The others take the fraction
@@ -39,6 +32,9 @@ class PairFactors {
 
   /// A_i F_ij in m²; the same bits for (i, j) and (j, i).
   double mutual_area(Index i, Index j) const;
+
+  /// False only where all patches lie behind i or are hidden from it in whole groups.
+  bool may_see_any(Index i) const;
 
   /// Calls f(j, A_i F_ij) for every j, or every j > i where `upper` is set, that patch i exchanges light with; not in order.
   /// Groups of patches that lie behind i, or are hidden from it by one polygon, are passed over whole.
@@ -62,6 +58,7 @@ class PairFactors {
   }
 
   Index samples() const { return samples_; }
+  std::uint64_t seed() const { return seed_; }
   std::uint64_t rays() const { return rays_.load(std::memory_order_relaxed); }
   PairCounts counts() const;  ///< of for_each_in_row
 

@@ -122,6 +122,7 @@ struct Visibility::Impl {
     const Plane* to;     // null for rays without an end
     bool fronts_only;    // backs are passed through
     bool only_in_plane;  // what does not lie in `from`, facing it, is passed through
+    const float* risen;  // per ray id: from this distance on a ray is clear of `from`; null: not known
   };
   static void filter(const RTCFilterFunctionNArguments* args);
 
@@ -142,6 +143,9 @@ void Visibility::Impl::filter(const RTCFilterFunctionNArguments* args) {
   const unsigned n = args->N;
   for (unsigned k = 0; k < n; ++k) {
     if (args->valid[k] == 0) continue;
+    if (context->risen != nullptr &&
+        RTCRayN_tfar(args->ray, n, k) > context->risen[RTCRayN_id(args->ray, n, k)])
+      continue;
     if (context->fronts_only &&
         !context->impl->shows_front(RTCHitN_primID(args->hit, n, k), RTCRayN_dir_x(args->ray, n, k),
                                     RTCRayN_dir_y(args->ray, n, k), RTCRayN_dir_z(args->ray, n, k))) {
@@ -281,11 +285,20 @@ void Visibility::first_hits(Packet& packet) const {
   context.impl = impl_.get();
   context.from = impl_->plane_of(packet.from);
   context.to = nullptr;
+  alignas(64) std::array<float, 16> risen;
+  for (std::size_t i = 0; i < 16; ++i) {
+    const float rise =
+        context.from->nx * packet.dx[i] + context.from->ny * packet.dy[i] + context.from->nz * packet.dz[i];
+    // With room for the rounding of the origins. A ray that does not rise is looked at in full.
+    risen[i] = rise > 0 ? 3 * tolerance::kSamePlane / rise : std::numeric_limits<float>::infinity();
+  }
+  context.risen = risen.data();
 
   alignas(64) std::array<int, 16> valid;
   RTCRayHit16 rays;
   for (int k = 0; k < 16; ++k) {
     const auto i = static_cast<std::size_t>(k);
+    rays.ray.id[i] = static_cast<unsigned>(k);
     valid[i] = k < packet.count ? -1 : 0;
     rays.ray.org_x[i] = packet.x[i];
     rays.ray.org_y[i] = packet.y[i];
@@ -322,6 +335,7 @@ void Visibility::first_hits(Packet& packet) const {
   }
   if (!any_back) return;
   context.fronts_only = true;
+  context.risen = nullptr;
   rtcIntersect16(valid.data(), impl_->scene, &context.base, &rays);
   for (int k = 0; k < packet.count; ++k) {
     const auto i = static_cast<std::size_t>(k);

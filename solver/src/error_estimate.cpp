@@ -36,20 +36,19 @@ struct Cheaper {
 
 Cheaper cheaper(const SolvedProblem& problem, const FormFactorMethod& method) {
   Cheaper out{problem.form_factor_options, 1};
-  const bool samples = problem.method.setting == "samples";
-  Index& setting = samples ? out.options.samples : out.options.resolution;
-  if (setting == 0) setting = problem.method.default_setting;
+  const Index samples = method.options().samples;
   if (method.reciprocal()) {  // pairs: the error falls as 1/N
-    out.options.samples = std::max<Index>(1, setting / 4);
-    out.divisor = static_cast<double>(setting) / static_cast<double>(out.options.samples) - 1;
+    out.options.samples = std::max<Index>(1, samples / 4);
+    out.divisor = static_cast<double>(samples) / static_cast<double>(out.options.samples) - 1;
     if (!(out.divisor > 0)) out.divisor = 1;
     return out;
   }
   ++out.options.seed;
-  if (!samples) return {out.options, std::sqrt(2.0)};  // other points and another turn, equally many
-  const Index fewer = std::max<Index>(16, setting / 4);
-  out.divisor = std::sqrt(1 + static_cast<double>(setting) / static_cast<double>(fewer));
-  out.options.samples = fewer;
+  // Directions: the square of the error falls as 1/N, and both have one. Where there is but one viewpoint, four in its place:
+  // another turn of the same cube would not show that it stands at the centre.
+  const bool cells = method.options().resolution > 0;
+  out.options.samples = cells ? (samples >= 4 ? samples / 4 : 4 * samples) : std::max<Index>(16, samples / 4);
+  out.divisor = std::sqrt(1 + static_cast<double>(samples) / static_cast<double>(out.options.samples));
   return out;
 }
 

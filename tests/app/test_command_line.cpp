@@ -74,7 +74,11 @@ TEST_F(CommandLine, HelpTakesMethodsAndSolversFromTheirTables) {
   const std::string help = one_line(run({"solve", "--help"}).out);
   for (const auto& method : form_factor_methods()) {
     EXPECT_THAT(help, HasSubstr(std::string(method.summary)));
-    EXPECT_THAT(help, HasSubstr(std::string(method.name) + " " + std::to_string(method.default_setting)));
+    for (const Index standard : {method.defaults.samples, method.defaults.resolution}) {
+      if (standard == 0) continue;
+
+      EXPECT_THAT(help, HasSubstr(std::string(method.name) + " " + std::to_string(standard)));
+    }
   }
   for (const auto& solver : solvers()) EXPECT_THAT(help, HasSubstr(std::string(solver.summary)));
 }
@@ -138,8 +142,8 @@ TEST_F(CommandLine, NamesOptionValueAndRuleOfABadNumber) {
 TEST_F(CommandLine, RefusesASettingThatTheMethodDoesNotUse) {
   expect_usage_error({"solve", "a.obj", "-o", "b.vtp", "--method", "hemisphere", "--resolution", "64"},
                      "--resolution has no effect with --method hemisphere");
-  expect_usage_error({"solve", "a.obj", "-o", "b.vtp", "--method", "hemicube", "--samples", "64"},
-                     "--samples has no effect with --method hemicube");
+  expect_usage_error({"solve", "a.obj", "-o", "b.vtp", "--method", "analytic", "--resolution", "64"},
+                     "--resolution has no effect with --method analytic");
 }
 
 }  // namespace

@@ -28,8 +28,7 @@ TEST(FormFactorMethodTable, HasTheMethodsThatTheInterfaceNames) {
     EXPECT_TRUE(names.insert(info.name).second) << info.name << " twice";
     EXPECT_FALSE(info.summary.empty()) << info.name;
     EXPECT_FALSE(info.citation.empty()) << info.name;
-    EXPECT_TRUE(info.setting == "samples" || info.setting == "resolution") << info.name;
-    EXPECT_GT(info.default_setting, 0) << info.name;
+    EXPECT_GT(info.defaults.*setting_of(info), 0) << info.name;
     EXPECT_EQ(find_form_factor_method(info.name).name, info.name);
   }
   for (const char* name : {"analytic", "hemisphere", "hemicube"}) EXPECT_TRUE(names.contains(name)) << name;
@@ -163,7 +162,8 @@ double between_surfaces(const MethodSetup& setup) {
 /// n² patches together; for a hemicube, 5 %, which is a handful of viewpoints on each.
 double surface_tolerance(const MethodSetup& setup, int n, double f) {
   if (setup.method->exact()) return 1e-6 * f;
-  if (setup.info.setting != "resolution") return 5 * std::sqrt(f / (setup.method->setting() * n * n));
+  if (setup.method->options().resolution == 0)
+    return 5 * std::sqrt(f / (setup.method->options().samples * n * n));
   return 0.05 * f;
 }
 
@@ -310,7 +310,7 @@ TEST_P(Method, ComesCloserTheMoreIsSpent) {
   // Ideal gain over 16 times the samples: 4 or more; over 4 times the resolution: 4 or more, as long as the cells are
   // coarse: the noise of the hemicube's few viewpoints stays. Half of that is asked for. Finely cut so that the error is a
   // mean over many pairs.
-  const bool cells = info().setting == "resolution";
+  const bool cells = info().defaults.resolution > 0;
   const PatchMesh mesh = cells ? opposed_squares(1, 4) : opposed_squares_with_screen(4, 0.5);
   Eigen::MatrixXd exact = Eigen::MatrixXd::Zero(4, 16);
   const std::array<Index, 4> from{0, 1, 5, 7};
@@ -337,7 +337,7 @@ TEST_P(Method, CountsItsRays) {
   EXPECT_EQ(setup.method->rays(), 0u);
   setup.raw();
   if (info().name == "hemisphere") {
-    EXPECT_EQ(setup.method->rays(), static_cast<std::uint64_t>(info().default_setting * setup.size()));
+    EXPECT_EQ(setup.method->rays(), static_cast<std::uint64_t>(info().defaults.samples * setup.size()));
   }
   if (info().name == "analytic") {
     EXPECT_EQ(setup.method->rays(), 0u);  // exact shadows of the room's few polygons
@@ -366,7 +366,7 @@ TEST_P(Method, RefusesANegativeSetting) {
     FAIL() << "no error";
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(), HasSubstr("-3"));
-    EXPECT_THAT(error.what(), HasSubstr(std::string(info().setting)));
+    EXPECT_THAT(error.what(), HasSubstr(info().defaults.resolution > 0 ? "resolution" : "samples"));
   }
 }
 

@@ -65,6 +65,21 @@ TEST(ErrorEstimate, BracketsTheTrueErrorOfCubes) {
   }
 }
 
+TEST(ErrorEstimate, BracketsTheTrueErrorOfHemicubesOverOneAndOverSeveralPoints) {
+  const Scene scene = lit_cube(0.2, 0.7, 0.5);
+  // Exact factors on the same patches: what is left is the error of the form factors.
+  const Estimated exact = run(scene, PatchSize{0.25}, "analytic", {});
+  for (const Index samples : {1, 4}) {
+    for (const Index resolution : {16, 64}) {
+      const Estimated cubes =
+          run(scene, PatchSize{0.25}, "hemicube", {.samples = samples, .resolution = resolution});
+      const double truth = true_error(cubes, exact.patches.mesh, exact.radiosity);
+      EXPECT_LT(truth, 3 * cubes.estimate.form_factors) << samples << " × " << resolution;
+      EXPECT_GT(truth, cubes.estimate.form_factors / 10) << samples << " × " << resolution;
+    }
+  }
+}
+
 TEST(ErrorEstimate, FindsNoErrorOfFormFactorsThatAreExact) {
   const Estimated exact = run(lit_cube(0.5, 0.5, 0.5), PatchSize{0.25}, "analytic", {});
   EXPECT_EQ(exact.estimate.form_factors, 0);

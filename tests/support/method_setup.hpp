@@ -14,10 +14,14 @@
 
 namespace radiosity::test {
 
-/// The method's setting (samples or resolution) as an option.
+/// What trades the method's speed for accuracy: its cells, or else its samples.
+inline Index FormFactorOptions::*setting_of(const FormFactorMethodInfo& info) {
+  return info.defaults.resolution > 0 ? &FormFactorOptions::resolution : &FormFactorOptions::samples;
+}
+
 inline FormFactorOptions setting_of(const FormFactorMethodInfo& info, Index value) {
   FormFactorOptions options;
-  (info.setting == "resolution" ? options.resolution : options.samples) = value;
+  options.*setting_of(info) = value;
   return options;
 }
 
@@ -40,7 +44,7 @@ struct MethodSetup {
   /// one of them; the others collect the independent errors of the entries.
   double row_tolerance(const RawRows& rows, Index i) const {
     if (method->exact() || rows.escaped[i] >= 0) return 1e-6;
-    return 5 * rows.f.row(i).norm() / (2 * std::sqrt(method->setting())) + 1e-6;
+    return 5 * rows.f.row(i).norm() / (2 * std::sqrt(method->options().samples)) + 1e-6;
   }
 
   const FormFactorMethodInfo& info;
@@ -58,8 +62,9 @@ struct SeedMeans {
 
   SeedMeans(const PatchMesh& mesh, const FormFactorMethodInfo& info) {
     constexpr int kRuns = 16;
-    FormFactorOptions options = setting_of(
-        info, info.setting == "samples" ? std::max<Index>(info.default_setting, 256) : info.default_setting);
+    // Rays and shadow rays; viewpoints on a grid whose quadrature error is below that of the cells.
+    FormFactorOptions options;
+    options.samples = info.defaults.resolution > 0 ? 64 : std::max<Index>(info.defaults.samples, 256);
     const MethodSetup setup(mesh, info, options);
     exact = setup.method->exact();
     Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(setup.size(), setup.size()), squares = sum;

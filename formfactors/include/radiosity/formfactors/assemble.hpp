@@ -36,10 +36,11 @@ struct AssemblyReport {
   bool closed_rows = false;         ///< reciprocity and closure were restored
   FormFactorQuality before, after;  ///< equal where nothing was restored
   double escaped_mean = 0;  ///< area-weighted mean of 1 − Σ_j F_ij over the patches that see any other
-  Index lamps = 0;          ///< patches whose factors were computed pair by pair instead of sampled
+  Index lamps = 0;          ///< patches that emit whose factors were computed pair by pair instead of sampled
+  Index pairwise = 0;       ///< all such patches, whatever the reason
   Index blind_patches = 0;  ///< see no patch at all
   std::uint64_t rays = 0;
-  PairCounts pairs;  ///< of the method itself, lamps of sampled methods not included
+  PairCounts pairs;  ///< of the method itself, patches singled out of sampled methods not included
   std::vector<std::string> warnings;
 };
 
@@ -75,10 +76,10 @@ class RowsOnDemand final : public FormFactors {
   double escaped(Index i) const override { return escaped_[static_cast<std::size_t>(i)].load(); }
 
  private:
-  struct Lamps;
+  struct Pairwise;
   const FormFactorMethod& method_;
   Index n_;
-  std::unique_ptr<Lamps> lamps_;  // absent where the method looks at pairs anyway, or lamps are many
+  std::unique_ptr<Pairwise> pairwise_;  // absent where the method looks at pairs anyway
   std::unique_ptr<std::atomic<double>[]> escaped_;
 };
 

@@ -14,7 +14,8 @@
 namespace radiosity {
 
 struct FormFactorOptions {
-  /// Rays per patch (hemisphere); points, or shadow rays, per partly hidden pair (analytic). 0: the default.
+  /// Rays per patch (hemisphere); viewpoints per patch (hemicube); points, or shadow rays, per partly hidden pair (analytic).
+  /// 0: the default.
   Index samples = 0;
   Index resolution = 0;    ///< cells along an edge of the hemicube's top; 0: the default
   std::uint64_t seed = 1;  ///< of the streams of random numbers, one stream per patch
@@ -53,12 +54,14 @@ class FormFactorMethod {
   /// The entries are exact up to rounding for this mesh; closing their rows would only blur them.
   virtual bool exact() const = 0;
 
-  /// The setting in force, of the kind that the table names: what was asked for, rounded up to what the
-  /// method can do.
-  virtual Index setting() const = 0;
+  /// What is in force: what was asked for, rounded to what the method can do; 0 for what it has no use for.
+  virtual FormFactorOptions options() const = 0;
 
   /// No row has more entries than this; known before any row is computed, so that memory can be planned.
   virtual Index max_entries_per_row() const = 0;
+
+  /// The share of the hemisphere that one ray or one cell answers for at most; 0 where the method looks at pairs.
+  virtual double grain() const { return 0; }
 
   /// Rays cast so far.
   virtual std::uint64_t rays() const { return 0; }
@@ -70,10 +73,9 @@ class FormFactorMethod {
 /// A row of the table of methods.
 struct FormFactorMethodInfo {
   std::string_view name;
-  std::string_view summary;   ///< one line for --help
-  std::string_view citation;  ///< keys of references.bib
-  std::string_view setting;   ///< the option that trades its speed for accuracy: "samples" or "resolution"
-  Index default_setting;
+  std::string_view summary;    ///< one line for --help
+  std::string_view citation;   ///< keys of references.bib
+  FormFactorOptions defaults;  ///< of what trades its speed for accuracy; 0 for what it has no use for
   std::unique_ptr<FormFactorMethod> (*factory)(const Visibility& visibility,
                                                const FormFactorOptions& options);
 

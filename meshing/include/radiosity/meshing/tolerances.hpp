@@ -42,6 +42,10 @@ inline constexpr double kSmoothCosine = 0.8660254037844387;
 /// the scaled scene (diagonal 1). Eight roundings of single precision at that size.
 inline constexpr float kSamePlane = 5e-7F;
 
+/// What is nowhere further than kNearPlane · (scene diagonal) in front of a patch's plane is too near for rays and item
+/// buffers, which work in single precision and pass through what lies within kSamePlane.
+inline constexpr double kNearPlane = 4 * static_cast<double>(kSamePlane);
+
 /// A scene is convex when no vertex lies deeper than kConvex · (scene diagonal) behind any patch.
 inline constexpr double kConvex = 1e-9;
 

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+/// What the vectorised part of the hemicube works on: plain arrays and nothing else. item_buffer.cpp is built for the machine
+/// at hand; an inline function or a template shared with other sources could be linked from there into all of them.
+namespace radiosity::item_buffer {
+
+/// Vertices and items are handled so many at a time; arrays are padded to multiples of it.
+inline constexpr std::size_t kLanes = 16;
+/// Cells are stored in tiles of 4 × 4, one vector.
+inline constexpr int kTile = 4;
+/// What a cell holds that shows no patch's front; patch j is kLost + 1 + j.
+inline constexpr std::int32_t kLost = 0;
+
+/// Convex polygons of three or four corners, structure of arrays, in scaled coordinates (see Visibility::scaled).
+/// A triangle repeats its last corner.
+struct Items {
+  std::size_t vertices, items,
+      planes;                     // padded vertices repeat others; items beyond the last one have no area
+  const double *x, *y, *z;        // of vertices
+  const std::int32_t* corner[4];  // vertex, of items; counter-clockwise about the front normal
+  const std::int32_t *plane, *content;  // of items
+  const double *nx, *ny, *nz, *offset;  // of planes: n·x = offset
+};
+
+/// The eye and the local frame: rows of the rotation from scaled to local coordinates, z along the patch's normal.
+struct View {
+  double eye[3];
+  double frame[9];
+};
+
+/// One of the five faces. Cell (column, row) has its centre at (u, v) = (−1 + (column + ½) h, v0 + (row + ½) h),
+/// h = 2/resolution, in the direction u·right + v·up + forward.
+struct Face {
+  std::int32_t right, up, forward;  // local axes: 0 x, 1 y, 2 z, 3 −x, 4 −y
+  int rows;
+  float v0;
+  int tile_columns, tile_rows;
+  std::size_t first_cell;        // tiles in rows from the bottom, each row by row
+  const float *tile_u, *tile_v;  // centres of the cells, 16 for each column and each row of tiles
+};
+
+/// Memory of one thread.
+struct Buffers {
+  float* local[5];      // x, y, z, −x, −y of vertices
+  std::int32_t* code;   // of vertices: which side of which plane of the faces' pyramids
+  float *pu, *pv, *pw;  // of planes: nearness of the cell (u, v, 1) of local axes
+  std::int32_t* front;  // of planes: 1 front, −1 back, 0 edge on
+  std::int32_t* list;   // of items to draw on one face, padded by kLanes; room for 5 · (items + kLanes)
+  std::int32_t* item;   // of cells: kLost or kLost + 1 + patch
+  float* nearness;      // of cells
+};
+
+/// Fills buffers.item for the five faces.
+void draw(const Items& items, const View& view, const Face* faces, int resolution, std::size_t cells,
+          const Buffers& buffers);
+
+/// sums[4·item + k] += weight · share over all cells, k a number that neighbouring cells do not share: additions to one
+/// place would wait for each other.
+void add_shares(const std::int32_t* item, const float* share, std::size_t cells, double weight, double* sums);
+
+}  // namespace radiosity::item_buffer

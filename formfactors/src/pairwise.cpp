@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pairwise.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+
+#include "radiosity/meshing/tolerances.hpp"
+
+namespace radiosity {
+namespace {
+
+std::size_t most_of_a_kind(Index patches) {
+  constexpr std::size_t kMostPairs = 50'000'000;
+  const auto n = static_cast<std::size_t>(std::max<Index>(patches, 1));
+  return std::max<std::size_t>(32, std::min(n / 20, kMostPairs / n));
+}
+
+std::vector<Index> lamps_of(const PatchMesh& mesh) {
+  std::vector<Index> lamps;
+  for (Index i = 0; i < mesh.patch_count(); ++i)
+    if ((mesh.material_of(i).emission > 0).any()) lamps.push_back(i);
+  return lamps;
+}
+
+// Of corners over a plane.
+struct Heights {
+  double low, high;
+};
+Heights heights(const std::vector<Vec3>& corners, const Vec3& normal, double offset) {
+  Heights h{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+  for (const Vec3& c : corners) {
+    const double height = normal.dot(c) - offset;
+    h.low = std::min(h.low, height);
+    h.high = std::max(h.high, height);
+  }
+  return h;
+}
+
+// Patches i and j that face each other, one of them nowhere higher over the other's plane than kNearPlane · diagonal, and not
+// beside it either. (Where the normals do not oppose, such pairs exchange next to nothing.)
+std::vector<Index> near_patches(const Visibility& visibility) {
+  const PatchMesh& mesh = visibility.mesh();
+  const Vec3 centre = (mesh.lower() + mesh.upper()) / 2;
+  const double near = tolerance::kNearPlane * mesh.diagonal();
+  const double rounding = tolerance::kOnPlane * mesh.diagonal();
+  const std::vector<PatchGroup> groups = patch_groups(mesh, visibility.facets(), centre);
+  std::vector<std::uint8_t> found(static_cast<std::size_t>(mesh.patch_count()), 0);
+  const auto corners_of = [&](Index i) {
+    std::vector<Vec3> corners;
+    for (const Index v : mesh.corners(i)) corners.push_back(mesh.vertex(v) - centre);
+    return corners;
+  };
+  const auto box_of = [&](Index i) {
+    Eigen::AlignedBox3d box;
+    for (const Index v : mesh.corners(i)) box.extend(mesh.vertex(v) - centre);
+    return box;
+  };
+  // Patches of `over` that are low over the plane of `under`, with those of `under` that they touch.
+  const auto mark = [&](const PatchGroup& over, const PatchGroup& under) {
+    for (const Index j : over.patches) {
+      const Heights h = heights(corners_of(j), under.normal, under.offset);
+      if (h.high <= rounding || h.high > near || visibility.covered(j)) continue;
+      Eigen::AlignedBox3d box = box_of(j);
+      box.min().array() -= near;
+      box.max().array() += near;
+      for (const Index i : under.patches) {
+        if (visibility.covered(i) || !box.intersects(box_of(i))) continue;
+        if (heights(corners_of(i), over.normal, over.offset).high <= rounding) continue;
+        found[static_cast<std::size_t>(i)] = found[static_cast<std::size_t>(j)] = 1;
+      }
+    }
+  };
+  std::vector<Eigen::AlignedBox3d> boxes(groups.size());
+  for (std::size_t g = 0; g < groups.size(); ++g)
+    for (const Vec3& c : groups[g].corners) boxes[g].extend(c);
+  for (std::size_t a = 0; a < groups.size(); ++a) {
+    Eigen::AlignedBox3d box = boxes[a];
+    box.min().array() -= near;
+    box.max().array() += near;
+    for (std::size_t b = a + 1; b < groups.size(); ++b) {
+      if (!box.intersects(boxes[b]) || groups[a].normal.dot(groups[b].normal) >= 0) continue;
+      const Heights of_b = heights(groups[b].corners, groups[a].normal, groups[a].offset);
+      const Heights of_a = heights(groups[a].corners, groups[b].normal, groups[b].offset);
+      if (of_a.high <= rounding || of_b.high <= rounding) continue;
+      if (of_b.low <= near) mark(groups[b], groups[a]);
+      if (of_a.low <= near) mark(groups[a], groups[b]);
+    }
+  }
+  std::vector<Index> out;
+  for (Index i = 0; i < mesh.patch_count(); ++i)
+    if (found[static_cast<std::size_t>(i)] != 0) out.push_back(i);
+  return out;
+}
+
+std::vector<Index> united(const std::vector<Index>& a, const std::vector<Index>& b) {
+  std::vector<Index> out;
+  std::set_union(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(out));
+  return out;
+}
+
+}  // namespace
+
+bool hardly_answered(const FormFactorMethod& method, double row_sum) {
+  constexpr double kFewAnswers = 32;  // errors of 18 %
+  return row_sum < kFewAnswers * method.grain();
+}
+
+std::vector<Index> pairwise_in_advance(const Visibility& visibility) {
+  const std::size_t most = most_of_a_kind(visibility.mesh().patch_count());
+  std::vector<Index> lamps = lamps_of(visibility.mesh());
+  std::vector<Index> near = near_patches(visibility);
+  if (lamps.size() > most) lamps.clear();
+  if (near.size() > most) near.clear();
+  return united(lamps, near);
+}
+
+PairwisePatches pairwise_patches(const FormFactorMethod& method, const Visibility& visibility,
+                                 std::span<const double> row_sums) {
+  const PatchMesh& mesh = visibility.mesh();
+  const std::size_t most = most_of_a_kind(mesh.patch_count());
+  PairwisePatches out;
+  const auto make_factors = [&] {
+    if (!out.factors) out.factors = std::make_unique<PairFactors>(visibility, kPairwiseSamples, 1);
+  };
+
+  std::vector<Index> lamps = lamps_of(mesh);
+  if (lamps.size() > most) lamps.clear();
+  out.lamps = static_cast<Index>(lamps.size());
+
+  std::vector<Index> near = near_patches(visibility);
+  if (near.size() > most) {
+    out.warnings.push_back(fmt::format(
+        "{} patches lie nearer than {:.2g} m in front of others, where rays and cells start on the wrong "
+        "side; their "
+        "factors are wrong, and they are too many to be computed pair by pair (method analytic is right)",
+        near.size(), tolerance::kNearPlane * mesh.diagonal()));
+    near.clear();
+  }
+
+  std::vector<Index> unanswered;
+  for (Index i = 0; i < mesh.patch_count(); ++i) {
+    const double sum = row_sums[static_cast<std::size_t>(i)];
+    if (!hardly_answered(method, sum) || visibility.covered(i)) continue;
+    make_factors();
+    if (sum > 0 || out.factors->may_see_any(i)) unanswered.push_back(i);
+  }
+  if (unanswered.size() > most) {
+    out.warnings.push_back(fmt::format(
+        "{} patches see so little that their factors are noise, and they are too many to be computed pair by "
+        "pair; more samples or method analytic tell them",
+        unanswered.size()));
+    unanswered.clear();
+  }
+  out.misjudged = united(near, unanswered);
+  out.patches = united(lamps, out.misjudged);
+  if (!out.patches.empty()) make_factors();
+  return out;
+}
+
+}  // namespace radiosity

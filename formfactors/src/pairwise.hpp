@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "pair_factors.hpp"
+#include "radiosity/formfactors/form_factor_method.hpp"
+
+namespace radiosity {
+
+/// Points per partly hidden pair of one of these patches and another patch.
+inline constexpr Index kPairwiseSamples = 4;
+
+/// Patches whose rows and columns a method that samples directions had better leave to the pairs.
+struct PairwisePatches {
+  std::vector<Index> patches;            ///< ascending
+  Index lamps = 0;                       ///< how many of them emit
+  std::vector<Index> misjudged;          ///< those whose escaping share the directions do not tell either
+  std::vector<std::string> warnings;     ///< of those that are too many
+  std::unique_ptr<PairFactors> factors;  ///< absent where `patches` is empty
+};
+
+/// - Lamps: what few samples find of a small lamp is noise, and everybody's light depends on it.
+/// - Patches that lie nearly against others: rays and cells pass through what lies in the plane that they start from.
+/// - Patches that hardly any ray or cell finds something from: a thin or distant object is missed or found too large.
+/// Each kind only while it is at most one patch in 20, or 32, and 5·10⁷ pairs: half a minute and 400 MB.
+PairwisePatches pairwise_patches(const FormFactorMethod& method, const Visibility& visibility,
+                                 std::span<const double> row_sums);
+
+/// The first two kinds, which show before any row is computed.
+std::vector<Index> pairwise_in_advance(const Visibility& visibility);
+
+/// Whether a row is of the third kind.
+bool hardly_answered(const FormFactorMethod& method, double row_sum);
+
+}  // namespace radiosity

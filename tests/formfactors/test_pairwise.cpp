@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What directions cannot tell, sampled methods leave to the pairs: lamps, patches that nearly touch, thin and distant ones.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "radiosity/formfactors/assemble.hpp"
+#include "support/closed_forms.hpp"
+#include "support/method_setup.hpp"
+#include "support/scenes.hpp"
+
+namespace radiosity::test {
+namespace {
+
+using std::numbers::pi;
+
+class Pairwise : public testing::TestWithParam<const FormFactorMethodInfo*> {
+ protected:
+  Eigen::MatrixXd factors(const PatchMesh& mesh, AssemblyReport* report = nullptr) const {
+    const MethodSetup setup(mesh, *GetParam());
+    return as_dense(assemble(*setup.method, setup.visibility, {}, report));
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(All, Pairwise, testing::ValuesIn(pointers(form_factor_methods())),
+                         test_name<FormFactorMethodInfo>);
+
+/// The same scene with patches that do not emit, so that none is computed pair by pair for that reason.
+MeshBuilder unlit() {
+  return MeshBuilder().use_material(grey("wall", 0.5, 0));
+}
+
+TEST_P(Pairwise, SquaresThatNearlyTouchSeeNothingButEachOther) {
+  // What gets out at the border is of the order of the gap.
+  for (const double gap : {1e-6, 1e-9}) {
+    const Vec3 x = Vec3::UnitX(), y = Vec3::UnitY();
+    for (const Index n : {1, 3}) {
+      const Eigen::MatrixXd f =
+          factors(unlit().grid({0, 0, 0}, x, y, n, n).grid({0, 0, gap}, y, x, n, n).build());
+      for (Index i = 0; i < f.rows(); ++i) EXPECT_NEAR(f.row(i).sum(), 1, 30 * gap * n + 1e-7) << gap;
+    }
+  }
+}
+
+TEST_P(Pairwise, ALidJustAboveTheFloorHidesTheRoom) {
+  // Inside a closed room: the plate and the floor below it see each other alone; the plate's upper side sees the room. The gaps
+  // are more than a contact, and less and more than what rays can tell.
+  for (const double gap : {2.5e-6, 1e-5}) {
+    const Vec3 x = Vec3::UnitX() / 3, y = Vec3::UnitY() / 3;
+    const Vec3 corner(1.0 / 3, 1.0 / 3, gap);
+    const PatchMesh mesh = unlit()
+                               .box({0, 0, 0}, {1, 1, 1}, 3, Facing::inward)
+                               .grid(corner, y, x, 1, 1)
+                               .grid(corner, x, y, 1, 1)
+                               .build();
+    const Index down = mesh.patch_count() - 2, up = mesh.patch_count() - 1;
+    const Eigen::MatrixXd f = factors(mesh);
+    Index below = -1;
+    for (Index i = 0; i < down; ++i)
+      if ((mesh.centroid(i) - mesh.centroid(down)).norm() < 1e-4) below = i;
+    ASSERT_GE(below, 0);
+    EXPECT_NEAR(f(down, below), 1, 1e-3) << gap;
+    EXPECT_NEAR(f(below, down), 1, 1e-3) << gap;
+    EXPECT_EQ(f(up, below), 0) << gap;
+    for (Index i = 0; i < mesh.patch_count(); ++i)
+      EXPECT_NEAR(f.row(i).sum(), 1, 1e-5) << gap << ", row " << i;
+  }
+}
+
+TEST_P(Pairwise, ThinStripsFarApartExchangeTheLittleTheyDo) {
+  // Strips of 1 m × 1 µm, opposed, at a distance of 1 m: between parallel thin lines,
+  //   F = w/π ∫∫ ds dt / ((s − t)² + 1)² = w/π · (π/4)   as  2 ∫₀¹ (1 − u) / (1 + u²)² du = π/4.
+  const double w = 1e-6;
+  const Vec3 x = Vec3::UnitX(), y = Vec3::UnitY() * w;
+  const Eigen::MatrixXd f = factors(unlit().grid({0, 0, 0}, x, y, 1, 1).grid({0, 0, 1}, y, x, 1, 1).build());
+  EXPECT_NEAR(f(0, 1), w / 4, 1e-3 * w);
+  EXPECT_NEAR(f(1, 0), w / 4, 1e-3 * w);
+}
+
+TEST_P(Pairwise, LongWallsThatMeetAtTinyAndAtNearlyStraightAnglesAreRight) {
+  // Two walls of infinite length and equal width that meet at an angle α: F = 1 − sin(α/2) [Howell, C-16]. The ends of walls a
+  // thousand times as long as they are wide take less than a width's share of that.
+  for (const double alpha : {0.01 * pi / 180, 179.99 * pi / 180}) {
+    const Vec3 x = Vec3::UnitX() * 1000;
+    const Vec3 up(0, std::cos(alpha), std::sin(alpha));
+    const Eigen::MatrixXd f =
+        factors(unlit().grid({0, 0, 0}, x, Vec3::UnitY(), 1, 1).grid({0, 0, 0}, up, x, 1, 1).build());
+    const double exact = alpha < 1 ? 1 - std::sin(alpha / 2) : std::pow(std::cos(alpha / 2), 2) / 2;
+    EXPECT_NEAR(f(0, 1), exact, 2e-3 * exact) << alpha;
+    EXPECT_NEAR(f(1, 0), exact, 2e-3 * exact) << alpha;
+  }
+}
+
+TEST_P(Pairwise, ClosingLeavesTheFactorsToASmallLampAlone) {
+  // A lamp of 1 mm² before the middle of a wall of a room with 150 patches, and the same lamp in a room of six.
+  for (const Index n : {5, 1}) {
+    const double size = 1e-3;
+    const PatchMesh mesh = MeshBuilder()
+                               .use_material(grey("wall", 0.5, 0))
+                               .box({0, 0, 0}, {1, 1, 1}, n, Facing::inward)
+                               .use_material(grey("lamp", 0, 10))
+                               .grid({0.47, 0.41, 1}, size * Vec3::UnitY(), size * Vec3::UnitX(), 1, 1)
+                               .build();
+    const Index lamp = mesh.patch_count() - 1;
+    AssemblyReport report;
+    const Eigen::MatrixXd f = factors(mesh, &report);
+    const Eigen::MatrixXd exact = MethodSetup(mesh, find_form_factor_method("analytic")).raw().f;
+    for (Index i = 0; i < lamp; ++i) {
+      EXPECT_NEAR(f(i, lamp), exact(i, lamp), 1e-5 * exact(i, lamp)) << "from " << i;
+      EXPECT_NEAR(f(lamp, i), exact(lamp, i), 1e-5 * exact(lamp, i)) << "to " << i;
+      EXPECT_NEAR(f.row(i).sum(), 1, 1e-5) << "row " << i;
+    }
+  }
+}
+
+TEST_P(Pairwise, SaysSoWherePatchesThatNearlyTouchAreTooMany) {
+  const Vec3 x = Vec3::UnitX(), y = Vec3::UnitY();
+  const PatchMesh mesh = unlit().grid({0, 0, 0}, x, y, 12, 12).grid({0, 0, 1e-9}, y, x, 12, 12).build();
+  AssemblyReport report;
+  const Eigen::MatrixXd f = factors(mesh, &report);
+  const bool right = (f.rowwise().sum().array() - 1).abs().maxCoeff() < 1e-6;
+  EXPECT_TRUE(right || !report.warnings.empty());
+}
+
+}  // namespace
+}  // namespace radiosity::test
