@@ -309,6 +309,23 @@ class Parser {
         ->group(group);
   }
 
+  void add_accuracy(CLI::App* command) {
+    const std::string group = "Accuracy";
+    CLI::Option* accuracy =
+        add_checked(command->add_option("--accuracy", options_.accuracy,
+                                        "Choose method, samples, patch size and tolerance so that the\n"
+                                        "estimated error of the reflected light (rms) is at most this"),
+                    "PERCENT", positive);
+    accuracy->group(group);
+    for (const char* chosen : {"--patch-size", "--samples", "--resolution", "--tolerance",
+                               "--no-error-estimate", "--no-closure", "--series"})
+      accuracy->excludes(command->get_option(chosen));
+    add_checked(command->add_option("--time-limit", options_.time_limit,
+                                    "Stop after this time with the best there is, as Ctrl-C does"),
+                "SECONDS", positive)
+        ->group(group);
+  }
+
   void add_general(CLI::App* command) {
     add_checked(command->add_option("--threads", options_.threads,
                                     "Threads to use; no result depends on it.\nDefault: 0, every core"),
@@ -332,6 +349,7 @@ class Parser {
     add_form_factors(command, true);
     add_storage(command);
     add_solver(command);
+    add_accuracy(command);
     add_general(command);
     command->footer("Flags override the scene file. Ctrl-C ends the work and writes what has been reached.");
   }

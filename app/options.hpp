@@ -30,6 +30,8 @@ struct Options {
   int threads = 0;      ///< 0: every core
   bool quiet = false;
   bool close = true;           ///< restore reciprocity and closure
+  double accuracy = 0;         ///< largest error that is wanted, %; 0: settings are chosen by hand
+  double time_limit = 0;       ///< s; 0: none
   bool estimate_error = true;  ///< solve cheaper problems too, to tell how far the result is off
   double memory_limit_gb = 0;  ///< of F, 1e9 bytes; 0: the memory of this machine
 

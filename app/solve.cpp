@@ -44,6 +44,7 @@ class Steps {
 
 int run_solve(const Options& options) {
   Job job(options);
+  if (options.time_limit > 0) stop_after(options.time_limit);
   check_outputs(options, ".vtp");
   const LoadedScene loaded = read_stage(job, options.scene);
   const SceneSettings settings = override_settings(loaded.settings, options.flags);
@@ -53,12 +54,11 @@ int run_solve(const Options& options) {
   };
   const bool wants_series = !options.series_file.empty();
   Steps steps(!find_solver(settings.solver.value_or(std::string(kDefaultSolver))).needs_stored_rows);
-  const Solved solved = solve_stage(
-      job, loaded.scene, settings,
-      [&](Index iteration, const BandArray& radiosity) {
-        if (wants_series) steps.add(iteration, shown(radiosity));
-      },
-      loaded.setups);
+  const auto step = [&](Index iteration, const BandArray& radiosity) {
+    if (wants_series) steps.add(iteration, shown(radiosity));
+  };
+  const Solved solved = options.accuracy > 0 ? solve_to_accuracy(job, loaded, settings)
+                                             : solve_stage(job, loaded.scene, settings, step, loaded.setups);
 
   Outputs outputs(job);
   const Index bands = job.report.scene->bands;
@@ -87,7 +87,8 @@ int run_solve(const Options& options) {
     outputs.written(file);
   }
   outputs.finish();
-  return job.report.converged ? kDone : kNotConverged;
+  const bool reached = !job.report.accuracy || job.report.accuracy->reached;
+  return job.report.converged && reached ? kDone : kNotConverged;
 }
 
 }  // namespace radiosity::app

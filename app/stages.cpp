@@ -365,8 +365,9 @@ Solved solve_stage(Job& job, const Scene& scene, const SceneSettings& settings, 
     }
   }
   std::string method_name = facts.method;
-  return {std::move(patches),     std::move(solution),    std::move(error),
-          std::move(method_name), std::string(info.name), !info.needs_stored_rows};
+  return {std::move(patches),     std::move(solution),        std::move(error),
+          std::move(method_name), std::string(info.name),     chosen.method->options(),
+          chosen.method->exact(), chosen.method->reciprocal()};
 }
 
 Outputs::~Outputs() {

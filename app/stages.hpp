@@ -62,13 +62,17 @@ struct Solved {
   Solution solution;
   std::optional<ErrorEstimate> error;
   std::string method, solver;
-  bool shooting = false;
+  FormFactorOptions options;  ///< in force
+  bool exact = false, reciprocal = false;
 };
 /// Scene → solution, through all the stages above. `step` is called after each iteration of the solver. Patches and
 /// solution have the bands of the scene, then those of each set-up.
 using Step = std::function<void(Index iteration, const BandArray& radiosity)>;
 Solved solve_stage(Job& job, const Scene& scene, const SceneSettings& settings, const Step& step = {},
                    std::span<const LightingSetup> setups = {});
+
+/// The same with settings that reach --accuracy, found in rounds; the report is that of the best.
+Solved solve_to_accuracy(Job& job, const LoadedScene& loaded, const SceneSettings& settings);
 
 /// Files that this run has written; removed again unless all went well.
 class Outputs {

@@ -13,6 +13,8 @@ namespace radiosity::app {
 /// From now on Ctrl-C sets a flag; a second Ctrl-C kills.
 void catch_interrupts();
 bool interrupted();
+/// After so many seconds from now it is as if Ctrl-C had been pressed.
+void stop_after(double seconds);
 
 /// Plain lines on stdout: a label in a column of its own, then text. Silent when quiet.
 class Console {

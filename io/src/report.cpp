@@ -117,6 +117,18 @@ Json to_json(const ErrorEstimate& error) {
   return json;
 }
 
+Json to_json(const Report::Accuracy& accuracy) {
+  Json rounds = Json::array();
+  for (const Report::Accuracy::Round& round : accuracy.rounds)
+    rounds.push_back({{"method", round.method},
+                      {"samples", round.samples},
+                      {"patches", round.patches},
+                      {"patch_size_m", round.patch_size_m},
+                      {"error", round.error},
+                      {"seconds", round.seconds}});
+  return {{"goal", accuracy.goal}, {"reached", accuracy.reached}, {"rounds", rounds}};
+}
+
 Json to_json(const Report::Seconds& seconds) {
   return {{"read", seconds.read},   {"mesh", seconds.mesh},   {"form_factors", seconds.form_factors},
           {"solve", seconds.solve}, {"error", seconds.error}, {"write", seconds.write},
@@ -137,6 +149,7 @@ void write_report(const std::filesystem::path& file, const Report& report) {
   add("energy", report.energy);
   for (const auto& [setup, energy] : report.setups) json["setups"][setup]["energy"] = to_json(energy);
   add("error", report.error);
+  add("accuracy", report.accuracy);
   json["seconds"] = to_json(report.seconds);
   json["peak_memory_bytes"] = report.peak_memory_bytes;
   // File names need not be UTF-8; numbers that are not finite become null.

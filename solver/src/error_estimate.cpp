@@ -47,7 +47,8 @@ Cheaper cheaper(const SolvedProblem& problem, const FormFactorMethod& method) {
   // Directions: the square of the error falls as 1/N, and both have one. Where there is but one viewpoint, four in its place:
   // another turn of the same cube would not show that it stands at the centre.
   const bool cells = method.options().resolution > 0;
-  out.options.samples = cells ? (samples >= 4 ? samples / 4 : 4 * samples) : std::max<Index>(16, samples / 4);
+  out.options.samples =
+      cells ? (samples >= 4 ? samples / 4 : 4 * samples) : std::max<Index>(16, samples / 16);
   out.divisor = std::sqrt(1 + static_cast<double>(samples) / static_cast<double>(out.options.samples));
   return out;
 }
@@ -89,15 +90,22 @@ struct PatchError {
   BandArray per_patch;
 };
 
-// Absent, with a note, where the meshes do not tell.
-std::optional<PatchError> patch_error(const SolvedProblem& problem, const Eigen::ArrayXd& noise,
-                                      std::vector<std::string>& notes) {
+// Absent, with a note, where the meshes do not tell. `noise` is the mean square of that of B. Rays are spared on the coarser
+// meshes, whose rows then have more of it.
+std::optional<PatchError> patch_error(const SolvedProblem& problem, const FormFactorMethod& method,
+                                      const Eigen::ArrayXd& noise, std::vector<std::string>& notes) {
   const PatchMesh& mesh = problem.patches.mesh;
   const BandArray& radiosity = problem.solution.radiosity;
   if (!(problem.patches.patch_size > 0)) {
     notes.emplace_back(
         "error of the patches: the faces were kept as they are, so there is no coarser mesh to compare with");
     return std::nullopt;
+  }
+  FormFactorOptions options = problem.form_factor_options;
+  double noisier = 1;
+  if (!method.reciprocal() && method.options().resolution == 0) {
+    options.samples = std::max<Index>(64, method.options().samples / 4);
+    noisier = static_cast<double>(method.options().samples) / static_cast<double>(options.samples);
   }
   std::array<Eigen::ArrayXd, 2> square;
   BandArray half;  // e at 2h, on the patches of this mesh
@@ -111,12 +119,12 @@ std::optional<PatchError> patch_error(const SolvedProblem& problem, const Eigen:
       return std::nullopt;
     }
     const Visibility visibility(coarse.mesh);
-    const BandArray b = solve_on(problem, coarse.mesh, visibility, problem.form_factor_options);
+    const BandArray b = solve_on(problem, coarse.mesh, visibility, options);
     std::vector<Index> parent;
     const BandArray difference = b - restrict_to(coarse.mesh, mesh, radiosity, &parent);
     const Eigen::ArrayXd raw = mean_square(coarse.mesh, difference, b - coarse.mesh.emission());
     // The mean over factor² patches has that much less noise; the coarse solution has its own.
-    square[level] = (raw - noise * (1 + 1 / (factor * factor))).max(0.04 * raw);
+    square[level] = (raw - noise * (noisier + 1 / (factor * factor))).max(0.04 * raw);
     if (level > 0) continue;
     half = BandArray::Zero(mesh.patch_count(), radiosity.cols());
     for (Index i = 0; i < mesh.patch_count(); ++i) {
@@ -213,7 +221,7 @@ std::optional<ErrorEstimate> estimate_error(const SolvedProblem& problem) try {
 
   Eigen::ArrayXd square = noise_square + out.solver * out.solver;
   out.per_patch = smooth(mesh, noise).square() + (out.solver * reflected).square();
-  if (const auto patches = patch_error(problem, noise_square, out.notes)) {
+  if (const auto patches = patch_error(problem, *method, noise_square, out.notes)) {
     out.patches = std::sqrt(patches->relative_square.maxCoeff());
     out.order = patches->order;
     square += patches->relative_square;

@@ -70,8 +70,12 @@ class Progressive final : public Solver {
       std::partial_sort(
           order.begin(), order.begin() + static_cast<std::ptrdiff_t>(block), order.end(),
           [&](Index a, Index b) { return strength[a] != strength[b] ? strength[a] > strength[b] : a < b; });
-      tbb::parallel_for(std::size_t{0}, block,
-                        [&](std::size_t k) { rows[k] = system.form_factors().row(order[k], buffers[k]); });
+      const auto fetch = [&](std::size_t k) { rows[k] = system.form_factors().row(order[k], buffers[k]); };
+      if (system.form_factors().stored()) {  // a look-up: threads would cost more than they save
+        for (std::size_t k = 0; k < block; ++k) fetch(k);
+      } else {
+        tbb::parallel_for(std::size_t{0}, block, fetch);
+      }
       for (std::size_t k = 0; k < block; ++k) {
         const Index i = order[k];
         Bands power = area[i] * unshot.row(i);

@@ -56,6 +56,19 @@ struct Report {
   std::vector<std::pair<std::string, EnergyBalance>> setups;
   std::optional<ErrorEstimate> error;
 
+  /// How an accuracy that was asked for was reached, or was not.
+  struct Accuracy {
+    double goal = 0;  ///< relative, as the total of `error`
+    bool reached = false;
+    struct Round {
+      std::string method;
+      Index samples = 0, patches = 0;
+      double patch_size_m = 0, error = 0, seconds = 0;
+    };
+    std::vector<Round> rounds;
+  };
+  std::optional<Accuracy> accuracy;
+
   struct Seconds {
     double read = 0, mesh = 0, form_factors = 0, solve = 0, error = 0, write = 0, total = 0;
   } seconds;

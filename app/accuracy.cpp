@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "radiosity/solver/accuracy.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "radiosity/meshing/error.hpp"
+#include "stages.hpp"
+
+namespace radiosity::app {
+namespace {
+
+constexpr Index kPilotPatches = 600;  // seconds at most, whatever the method
+constexpr int kMostRounds = 8;
+
+class Rounds {
+ public:
+  Rounds(Job& job, const LoadedScene& loaded, SceneSettings settings)
+      : job_(job),
+        quiet_([&job] {
+          Options options = job.options;
+          options.quiet = true;
+          return options;
+        }()),
+        loaded_(loaded),
+        settings_(std::move(settings)),
+        goal_(job.options.accuracy / 100) {
+    facts_.goal = goal_;
+  }
+
+  Solved run() {
+    pilots();
+    while (!reached() && rounds_.size() < kMostRounds && !interrupted()) {
+      const auto plan = plan_accuracy(rounds_, limits());
+      if (!plan) break;
+      job_.console.line("", "next: {}, about {:.0f} patches, {} samples; expected {:.2g} % in {}",
+                        plan->method->name, plan->patches, plan->options.samples, 100 * plan->error,
+                        seconds_text(plan->seconds));
+      const std::size_t before = rounds_.size();
+      SceneSettings next = settings_;
+      next.method = std::string(plan->method->name);
+      next.samples = plan->options.samples;
+      next.patches = PatchSize{plan->patch_size};
+      next.tolerance = plan->tolerance;
+      solve(next);
+      if (rounds_.size() == before) break;  // interrupted
+    }
+    return finish();
+  }
+
+ private:
+  void pilots() {
+    SceneSettings first = settings_;
+    first.tolerance = 0.02 * goal_;
+    if (settings_.method.value_or(std::string(kAutoMethod)) != kAutoMethod) {
+      pilot(first);
+      return;
+    }
+    first.method = "analytic";
+    pilot(first);
+    if (rounds_.empty() || rounds_.back().exact)
+      return;  // no other method competes where factors are closed forms
+    first.method = "hemisphere";
+    pilot(first);
+  }
+
+  // Faces that are many leave no coarser mesh to compare a coarse one with.
+  void pilot(SceneSettings settings) {
+    for (Index target = kPilotPatches; !interrupted(); target *= 4) {
+      settings.patches = AutoPatches{target};
+      const std::size_t before = rounds_.size();
+      solve(settings);
+      if (rounds_.size() == before || rounds_.back().error.patches || target > 10 * kPilotPatches) return;
+    }
+  }
+
+  // One round; it counts when it came to an end.
+  void solve(const SceneSettings& settings) {
+    Job job(quiet_);
+    job.report = job_.report;
+    job.stage.lap();
+    Stopwatch watch;
+    Solved solved = solve_stage(job, loaded_.scene, settings, {}, loaded_.setups);
+    const double seconds = watch.lap();
+    if (!solved.error) {
+      if (!best_) best_.emplace(std::move(solved), std::move(job.report));
+      return;
+    }
+    AccuracyRound round;
+    round.method = &find_form_factor_method(solved.method);
+    round.options = solved.options;
+    round.exact = solved.exact;
+    round.reciprocal = solved.reciprocal;
+    round.patch_size = solved.patches.patch_size;
+    round.patches = solved.patches.mesh.patch_count();
+    round.bytes = job.report.form_factors->bytes;
+    round.seconds = seconds;
+    round.error = *solved.error;
+    facts_.rounds.push_back(
+        {solved.method, round.options.samples, round.patches, round.patch_size, round.error.total, seconds});
+    job_.console.line(rounds_.empty() ? "accuracy" : "", "{} %{} by {}, {} patches, {} samples, in {}",
+                      fmt::format("{:.2g}", 100 * round.error.total),
+                      round.error.patches ? "" : " and what the patches add", solved.method, round.patches,
+                      round.options.samples, seconds_text(seconds));
+    const bool better = !best_ || !best_->first.error || worth(round.error) < worth(*best_->first.error);
+    rounds_.push_back(std::move(round));
+    if (better) best_.emplace(std::move(solved), std::move(job.report));
+  }
+
+  // An error of which a part is not known is worse than any that is.
+  static std::pair<bool, double> worth(const ErrorEstimate& error) { return {!error.patches, error.total}; }
+
+  bool reached() const {
+    return best_ && best_->first.error && worth(*best_->first.error) <= std::pair{false, goal_};
+  }
+
+  AccuracyGoal limits() {
+    AccuracyGoal goal;
+    goal.error = goal_;
+    elapsed_ += watch_.lap();
+    if (job_.options.time_limit > 0) goal.seconds = job_.options.time_limit - elapsed_;
+    if (job_.options.memory_limit_gb > 0)
+      goal.bytes = static_cast<std::size_t>(1e9 * job_.options.memory_limit_gb);
+    return goal;
+  }
+
+  Solved finish() {
+    job_.stage.lap();
+    facts_.reached = reached();
+    job_.report = std::move(best_->second);
+    job_.report.accuracy = facts_;
+    const Solved& solved = best_->first;
+    if (facts_.reached) {
+      const ErrorEstimate& error = *solved.error;
+      job_.console.line("error",
+                        "about {:.2g} % of the reflected light (rms): form factors {:.2g} %, patches {:.2g} "
+                        "%, solver {:.2g} %",
+                        100 * error.total, 100 * error.form_factors, 100 * *error.patches,
+                        100 * error.solver);
+    } else {
+      job_.console.line("not reached", "{}; this is the best there is",
+                        interrupted() ? "stopped by Ctrl-C or the time limit"
+                        : job_.options.time_limit > 0 || job_.options.memory_limit_gb > 0
+                            ? "time or memory do not allow more"
+                            : "finer meshes and more samples did not bring the estimate down far enough");
+    }
+    for (const std::string& warning : job_.report.scene->warnings)
+      job_.console.line("warning", "{}", warning);
+    return std::move(best_->first);
+  }
+
+  Job& job_;
+  const Options quiet_;
+  const LoadedScene& loaded_;
+  const SceneSettings settings_;
+  const double goal_;
+  std::vector<AccuracyRound> rounds_;
+  std::optional<std::pair<Solved, Report>> best_;
+  Report::Accuracy facts_;
+  Stopwatch watch_;
+  double elapsed_ = 0;
+};
+
+}  // namespace
+
+Solved solve_to_accuracy(Job& job, const LoadedScene& loaded, const SceneSettings& settings) {
+  const SolverInfo& solver = find_solver(settings.solver.value_or(std::string(kDefaultSolver)));
+  if (!solver.needs_stored_rows)
+    throw InputError(fmt::format(
+        "--accuracy needs an error estimate, and so form factors that are stored; {} does not store them",
+        solver.name));
+  return Rounds(job, loaded, settings).run();
+}
+
+}  // namespace radiosity::app
