@@ -16,6 +16,7 @@ namespace {
 
 constexpr Index kPilotPatches = 600;  // seconds at most, whatever the method
 constexpr int kMostRounds = 8;
+constexpr double kMemoryInUse = 0.8;  // of the limit: a mesh may have more patches than its size lets expect
 
 class Rounds {
  public:
@@ -46,7 +47,11 @@ class Rounds {
       next.samples = plan->options.samples;
       next.patches = PatchSize{plan->patch_size};
       next.tolerance = plan->tolerance;
-      solve(next);
+      try {
+        solve(next);
+      } catch (const MemoryLimitError&) {
+        break;  // the faces made more patches than expected
+      }
       if (rounds_.size() == before) break;  // interrupted
     }
     return finish();
@@ -97,7 +102,6 @@ class Rounds {
     round.reciprocal = solved.reciprocal;
     round.patch_size = solved.patches.patch_size;
     round.patches = solved.patches.mesh.patch_count();
-    round.bytes = job.report.form_factors->bytes;
     round.seconds = seconds;
     round.error = *solved.error;
     facts_.rounds.push_back(
@@ -124,7 +128,7 @@ class Rounds {
     elapsed_ += watch_.lap();
     if (job_.options.time_limit > 0) goal.seconds = job_.options.time_limit - elapsed_;
     if (job_.options.memory_limit_gb > 0)
-      goal.bytes = static_cast<std::size_t>(1e9 * job_.options.memory_limit_gb);
+      goal.bytes = static_cast<std::size_t>(kMemoryInUse * 1e9 * job_.options.memory_limit_gb);
     return goal;
   }
 

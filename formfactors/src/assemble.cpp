@@ -361,13 +361,11 @@ std::vector<double> probe_escape(const Visibility& visibility, std::uint64_t& ra
 
 void require_memory(const FormFactorMethod& method, Index n, std::size_t limit) {
   if (limit == 0) return;
-  // Rows, their transpose and the symmetric union of both stand in memory at the same time, 8 bytes an entry.
-  const double entries = static_cast<double>(n) * std::min(n, method.max_entries_per_row());
-  const double needed = std::min(32 * entries, 24 * static_cast<double>(n) * n);
+  const double needed = assembly_bytes(n, method.max_entries_per_row());
   if (needed <= static_cast<double>(limit)) return;
   const double per_row = needed / n;
   const auto gigabytes = [](double bytes) { return bytes / 1e9; };
-  throw InputError(fmt::format(
+  throw MemoryLimitError(fmt::format(
       "memory limit: F of {} patches may need {:.3g} GB with this method, the limit is {:.3g} GB; {} patches "
       "would fit "
       "for certain, as would the progressive solver, which does not store F",
@@ -432,6 +430,10 @@ FormFactorMatrix::Rows pack_scaled(RowList& symmetric, const Scaling& scaling, c
 }
 
 }  // namespace
+
+double assembly_bytes(double patches, double entries) {
+  return std::min(32 * patches * std::min(patches, entries), 24 * patches * patches);
+}
 
 FormFactorMatrix assemble(const FormFactorMethod& method, const Visibility& visibility,
                           const AssemblyOptions& options, AssemblyReport* report) {

@@ -50,7 +50,7 @@ AccuracyPlan scale(const AccuracyRound& round, double target) {
   plan.tolerance = kSolverShare * target;
   plan.error = std::sqrt(noise_squared + patch_error * patch_error * std::pow(more_patches, -p)) / kAim;
   plan.seconds = round.seconds * std::pow(more_patches, a) * std::pow(more_samples, b);
-  plan.bytes = static_cast<double>(round.bytes) * more_patches * more_patches;
+  plan.bytes = assembly_bytes(plan.patches, round.reciprocal ? plan.patches : plan.options.samples);
   return plan;
 }
 

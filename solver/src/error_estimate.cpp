@@ -136,7 +136,10 @@ std::optional<PatchError> patch_error(const SolvedProblem& problem, const FormFa
   Eigen::Index band = 0;
   square[0].maxCoeff(&band);
   const double ratio = square[0][band] > 0 ? std::sqrt(square[1][band] / square[0][band]) : 0;
-  const double gain = std::clamp(ratio - 1, 2.0, 4.0);  // 2^p
+  // 2^p. Where shadows end inside of patches p is 3/2 in the end, however well the smooth light does on coarse meshes; above
+  // 4 the coarsest mesh lies outside of the range where there is an order: the further, the less it is believed.
+  const double measured = ratio - 1;
+  const double gain = std::clamp(measured > 4 ? 16 / measured : measured, 2.0, std::sqrt(8.0));
   return PatchError{square[0] / ((gain - 1) * (gain - 1)), std::log2(gain), half / (gain - 1)};
 }
 

@@ -10,18 +10,6 @@
 namespace radiosity::test {
 namespace {
 
-/// A unit cube whose ceiling emits 1 W/m², with the reflectances of floor, ceiling and walls.
-Scene lit_cube(double floor, double ceiling, double walls) {
-  Scene::Arrays arrays;
-  arrays.materials = {grey("floor", floor, 0), grey("ceiling", ceiling, 1), grey("walls", walls, 0)};
-  for (Index c = 0; c < 8; ++c) arrays.vertices.emplace_back(c & 1, c >> 1 & 1, c >> 2 & 1);
-  const std::array<std::array<Index, 4>, 6> faces{
-      {{0, 1, 3, 2}, {4, 6, 7, 5}, {0, 2, 6, 4}, {1, 5, 7, 3}, {0, 4, 5, 1}, {2, 3, 7, 6}}};
-  for (std::size_t f = 0; f < 6; ++f)
-    arrays.add_face(faces[f], static_cast<Index>(std::min<std::size_t>(f, 2)));
-  return Scene(std::move(arrays));
-}
-
 struct Estimated {
   ErrorEstimate estimate;
   Patches patches;

@@ -316,6 +316,46 @@ Scene closed_cornell_box() {
   return scene.build();
 }
 
+Scene lit_cube(double floor, double ceiling, double walls) {
+  Scene::Arrays arrays;
+  arrays.materials = {grey("floor", floor, 0), grey("ceiling", ceiling, 1), grey("walls", walls, 0)};
+  for (Index c = 0; c < 8; ++c) arrays.vertices.emplace_back(c & 1, c >> 1 & 1, c >> 2 & 1);
+  const std::array<std::array<Index, 4>, 6> faces{
+      {{0, 1, 3, 2}, {4, 6, 7, 5}, {0, 2, 6, 4}, {1, 5, 7, 3}, {0, 4, 5, 1}, {2, 3, 7, 6}}};
+  for (std::size_t f = 0; f < 6; ++f)
+    arrays.add_face(faces[f], static_cast<Index>(std::min<std::size_t>(f, 2)));
+  return Scene(std::move(arrays));
+}
+
+Scene scene_of(const PatchMesh& mesh) {
+  Scene::Arrays arrays;
+  arrays.vertices = mesh.vertices();
+  arrays.materials = mesh.materials();
+  for (Index i = 0; i < mesh.patch_count(); ++i) arrays.add_face(mesh.corners(i), mesh.material(i));
+  return Scene(std::move(arrays));
+}
+
+Scene random_room(std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  const auto between = [&](double low, double high) { return low + (high - low) * uniform(random); };
+  SceneBuilder scene(
+      {grey("room", between(0.3, 0.9), 0), grey("boxes", between(0.1, 0.9), 0), grey("lamp", 0, 1)});
+  scene.box({0, 0, 0}, {4, 3, 2.5}, 0, Facing::inward);
+  // At most one box in each quarter of the floor, so that none meet.
+  const auto first = static_cast<int>(4 * uniform(random));
+  for (int quarter = 0; quarter < 4; ++quarter) {
+    if (quarter != first && uniform(random) < 0.4) continue;
+    const Vec3 size(between(0.3, 0.8), between(0.3, 0.7), between(0.2, 1.2));
+    const Vec3 centre(1 + 2 * (quarter % 2), 0.75 + 1.5 * (quarter / 2), 0);
+    const double height = uniform(random) < 0.5 ? 0 : between(0.1, 0.9);
+    const Vec3 lower = centre - Vec3(size.x() / 2, size.y() / 2, -height);
+    scene.box(lower, lower + size, 1, Facing::outward, between(0, 1.5));
+  }
+  const Vec3 lamp(between(0.5, 2.7), between(0.4, 2), 2.42);
+  scene.box(lamp, lamp + Vec3(between(0.3, 0.8), between(0.3, 0.6), 0.04), 2, Facing::outward);
+  return scene.build();
+}
+
 PatchMesh transformed(const PatchMesh& mesh, const Eigen::Affine3d& transform) {
   PatchMesh::Arrays arrays = arrays_of(mesh);
   for (Vec3& v : arrays.vertices) v = transform * v;

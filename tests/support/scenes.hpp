@@ -94,6 +94,16 @@ Scene two_furnished_rooms();
 /// floor, a lamp of 0.13 × 0.11 m flush with the ceiling; three bands. z is up.
 Scene closed_cornell_box();
 
+/// A unit cube whose ceiling emits 1 W/m², with the reflectances of floor, ceiling and walls.
+Scene lit_cube(double floor, double ceiling, double walls);
+
+/// The faces of a mesh as a scene.
+Scene scene_of(const PatchMesh& mesh);
+
+/// A closed room of 4 × 3 × 2.5 m with one to four boxes in it, standing or in mid-air, turned, a lamp under the ceiling, and
+/// reflectances between 0.1 and 0.9; all at random.
+Scene random_room(std::uint64_t seed);
+
 PatchMesh transformed(const PatchMesh& mesh, const Eigen::Affine3d& transform);
 
 }  // namespace radiosity::test

@@ -44,6 +44,10 @@ struct AssemblyReport {
   std::vector<std::string> warnings;
 };
 
+/// Bytes that assembling F of `patches` rows of at most `entries` entries may take for certain: rows, their transpose and the
+/// symmetric union of both stand in memory at the same time, 8 bytes an entry.
+double assembly_bytes(double patches, double entries);
+
 /// All rows of F. Rows are computed in parallel in blocks of fixed size, so the bits do not depend on the
 /// number of threads.
 ///

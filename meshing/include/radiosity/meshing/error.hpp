@@ -18,6 +18,12 @@ class InputError : public Error {
   using Error::Error;
 };
 
+/// A request needs more memory than it may have.
+class MemoryLimitError : public InputError {
+ public:
+  using InputError::InputError;
+};
+
 /// A file cannot be read, understood or written.
 class IoError : public Error {
  public:

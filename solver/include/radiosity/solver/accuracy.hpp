@@ -19,15 +19,14 @@ struct AccuracyRound {
   bool reciprocal = false;    ///< pairs, not directions
   double patch_size = 0;      ///< m
   Index patches = 0;
-  std::size_t bytes = 0;  ///< of F
-  double seconds = 0;     ///< form factors, solve and error estimate
+  double seconds = 0;  ///< form factors, solve and error estimate
   ErrorEstimate error;
 };
 
 struct AccuracyGoal {
   double error = 0.01;                                       ///< ErrorEstimate::total
   double seconds = std::numeric_limits<double>::infinity();  ///< left for what is to come
-  std::size_t bytes = 0;                                     ///< of F at most; 0: no limit
+  std::size_t bytes = 0;                                     ///< that assembling F may take; 0: no limit
 };
 
 /// What to do next.

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Estimated errors beside true ones: the table of docs/honesty.md.
+#include "support/honesty.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+
+int main(int argc, char** argv) {
+  using radiosity::test::Honesty;
+  CLI::App app{"Estimated errors of B beside true ones: prints a Markdown table"};
+  int rooms = 20;
+  bool smallest = false;
+  app.add_option("--rooms", rooms, "random rooms")->capture_default_str();
+  app.add_flag("--smallest", smallest, "no random rooms");
+  CLI11_PARSE(app, argc, argv);
+  fmt::print("| scene | method | true error | estimate | estimate / truth |\n|---|---|---|---|---|\n");
+  const auto all = radiosity::test::honesty(smallest ? 0 : rooms, [](const Honesty& h) {
+    fmt::print("| {} | {} | {:.2g} % | {:.2g} % | {:.2g} |\n", h.scene, h.method, 100 * h.truth,
+               100 * h.estimate, h.ratio());
+    std::fflush(stdout);
+  });
+  std::vector<double> ratios;
+  for (const Honesty& h : all) ratios.push_back(h.ratio());
+  std::sort(ratios.begin(), ratios.end());
+  const auto below = std::count_if(ratios.begin(), ratios.end(), [](double ratio) { return ratio < 0.5; });
+  fmt::print(
+      "\n{} cases: the truth is below twice the estimate in {:.1f} %; the median estimate is {:.2g} times "
+      "the truth, the "
+      "middle nine tenths {:.2g} to {:.2g}.\n",
+      ratios.size(), 100 - 100.0 * static_cast<double>(below) / static_cast<double>(ratios.size()),
+      ratios[ratios.size() / 2], ratios[ratios.size() / 20], ratios[ratios.size() - 1 - ratios.size() / 20]);
+  return 0;
+}

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+
+#include "app/program.hpp"
+#include "radiosity/solver/error_estimate.hpp"
+
+namespace radiosity::testing {
+namespace {
+
+using nlohmann::json;
+
+class Accuracy : public ProgramTest {
+ protected:
+  json report() const { return json::parse(read("out.json")); }
+  SolvedMesh solved(const std::string& file) const { return read_solution(folder() / file); }
+};
+
+/// √(Σ A e² / Σ A (B − E)²) against a finer solution.
+double true_error(const SolvedMesh& coarse, const SolvedMesh& fine) {
+  const PatchMesh& mesh = coarse.mesh;
+  const BandArray exact = restrict_to(mesh, fine.mesh, fine.patch_radiosity);
+  const Eigen::ArrayXd error = (coarse.patch_radiosity - exact).col(0);
+  const Eigen::ArrayXd reflected = (exact - mesh.emission()).col(0);
+  return std::sqrt((mesh.areas() * error.square()).sum() / (mesh.areas() * reflected.square()).sum());
+}
+
+TEST_F(Accuracy, IsDeliveredOnTheCube) {
+  // Faces of a solved mesh are its patches, so each belongs to the face of the cube that it is a piece of.
+  write_cube(0.2, 0.7, 0.5);
+  ASSERT_EQ(run({"solve", "cube.toml", "-o", "fine.vtp", "--patch-size", "0.03125", "--method", "analytic",
+                 "--no-error-estimate"})
+                .status,
+            0);
+  const SolvedMesh fine = solved("fine.vtp");
+  for (const char* percent : {"5", "2", "1", "0.5"}) {
+    const Outcome result =
+        run({"solve", "cube.toml", "-o", "out.vtp", "--accuracy", percent, "--report", "out.json"});
+    EXPECT_EQ(result.status, 0) << result.err;
+    EXPECT_LE(true_error(solved("out.vtp"), fine), std::stod(percent) / 100);
+    EXPECT_LE(report()["error"]["total"], std::stod(percent) / 100);
+    EXPECT_TRUE(report()["accuracy"]["reached"]);
+    EXPECT_FALSE(report()["accuracy"]["rounds"].empty());
+  }
+}
+
+TEST_F(Accuracy, SaysSoWhereItIsOutOfReach) {
+  write_cube();
+  const Outcome result = run({"solve", "cube.toml", "-o", "out.vtp", "--accuracy", "0.001", "--memory-limit",
+                              "0.03", "--report", "out.json"});
+  EXPECT_EQ(result.status, 3);
+  EXPECT_THAT(result.out, ::testing::HasSubstr("not reached"));
+  EXPECT_FALSE(report()["accuracy"]["reached"]);
+  EXPECT_LE(report()["form_factors"]["bytes"], 30'000'000);
+  EXPECT_GT(solved("out.vtp").mesh.patch_count(), 6);
+}
+
+TEST_F(Accuracy, ChoosesWhatIsNotGivenAndRefusesWhatIs) {
+  write_cube();
+  expect_one_error(run({"solve", "cube.toml", "-o", "out.vtp", "--accuracy", "1", "--patch-size", "0.1"}), 2,
+                   "--patch-size");
+  expect_one_error(run({"solve", "cube.toml", "-o", "out.vtp", "--accuracy", "0"}), 2, "above 0");
+  expect_one_error(
+      run({"solve", "cube.toml", "-o", "out.vtp", "--accuracy", "1", "--solver", "progressive", "--quiet"}),
+      1, "stored");
+}
+
+}  // namespace
+}  // namespace radiosity::testing

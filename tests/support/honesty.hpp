@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace radiosity::test {
+
+/// A solution whose error is known, and what estimate_error said of it.
+struct Honesty {
+  std::string scene, method;
+  double truth = 0, estimate = 0;  ///< √(Σ A e² / Σ A (B − E)²)
+  /// Estimate over truth; where neither is more than rounding, 1.
+  double ratio() const { return truth < 1e-9 && estimate < 1e-9 ? 1 : estimate / truth; }
+};
+
+/// Scenes with known answers: lit cubes, a furnace with a box in it, a ball and a shell kept as they are (there the estimate is of the
+/// form factors alone); and `rooms` random rooms on two meshes, against patches a quarter the size. Each by several methods and
+/// settings. `seen` is called with each case as it is done.
+std::vector<Honesty> honesty(int rooms, const std::function<void(const Honesty&)>& seen = {});
+
+}  // namespace radiosity::test
