@@ -12,15 +12,20 @@ int main(int argc, char** argv) {
   CLI::App app{"Estimated errors of B beside true ones: prints a Markdown table"};
   int rooms = 20;
   bool smallest = false;
+  std::string method;
   app.add_option("--rooms", rooms, "random rooms")->capture_default_str();
   app.add_flag("--smallest", smallest, "no random rooms");
+  app.add_option("--method", method, "only this one");
   CLI11_PARSE(app, argc, argv);
   fmt::print("| scene | method | true error | estimate | estimate / truth |\n|---|---|---|---|---|\n");
-  const auto all = radiosity::test::honesty(smallest ? 0 : rooms, [](const Honesty& h) {
-    fmt::print("| {} | {} | {:.2g} % | {:.2g} % | {:.2g} |\n", h.scene, h.method, 100 * h.truth,
-               100 * h.estimate, h.ratio());
-    std::fflush(stdout);
-  });
+  const auto all = radiosity::test::honesty(
+      smallest ? 0 : rooms,
+      [](const Honesty& h) {
+        fmt::print("| {} | {} | {:.2g} % | {:.2g} % | {:.2g} |\n", h.scene, h.method, 100 * h.truth,
+                   100 * h.estimate, h.ratio());
+        std::fflush(stdout);
+      },
+      method);
   std::vector<double> ratios;
   for (const Honesty& h : all) ratios.push_back(h.ratio());
   std::sort(ratios.begin(), ratios.end());

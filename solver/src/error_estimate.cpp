@@ -121,7 +121,13 @@ std::optional<PatchError> patch_error(const SolvedProblem& problem, const FormFa
     const Visibility visibility(coarse.mesh);
     const BandArray b = solve_on(problem, coarse.mesh, visibility, options);
     std::vector<Index> parent;
-    const BandArray difference = b - restrict_to(coarse.mesh, mesh, radiosity, &parent);
+    BandArray difference = b - restrict_to(coarse.mesh, mesh, radiosity, &parent);
+    // A small face that is one patch on both meshes tells nothing of the error of patches; it is taken to have that of the others.
+    std::vector<int> pieces(static_cast<std::size_t>(coarse.mesh.patch_count()), 0);
+    for (const Index p : parent)
+      if (p >= 0) ++pieces[static_cast<std::size_t>(p)];
+    for (Index p = 0; p < coarse.mesh.patch_count(); ++p)
+      if (pieces[static_cast<std::size_t>(p)] == 1) difference.row(p).setConstant(kNan);
     const Eigen::ArrayXd raw = mean_square(coarse.mesh, difference, b - coarse.mesh.emission());
     // The mean over factor² patches has that much less noise; the coarse solution has its own.
     square[level] = (raw - noise * (noisier + 1 / (factor * factor))).max(0.04 * raw);
@@ -136,10 +142,10 @@ std::optional<PatchError> patch_error(const SolvedProblem& problem, const FormFa
   Eigen::Index band = 0;
   square[0].maxCoeff(&band);
   const double ratio = square[0][band] > 0 ? std::sqrt(square[1][band] / square[0][band]) : 0;
-  // 2^p. Where shadows end inside of patches p is 3/2 in the end, however well the smooth light does on coarse meshes; above
-  // 4 the coarsest mesh lies outside of the range where there is an order: the further, the less it is believed.
+  // 2^p. Where shadows end inside of patches p is 3/2 in the end, however well the smooth light does on coarse meshes. Where p
+  // is above 2, the coarsest mesh is too coarse for an order, and the least is taken.
   const double measured = ratio - 1;
-  const double gain = std::clamp(measured > 4 ? 16 / measured : measured, 2.0, std::sqrt(8.0));
+  const double gain = std::clamp(measured <= 5 ? measured : 0, 2.0, std::sqrt(8.0));
   return PatchError{square[0] / ((gain - 1) * (gain - 1)), std::log2(gain), half / (gain - 1)};
 }
 

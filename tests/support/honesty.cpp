@@ -16,13 +16,14 @@ struct Setting {
   FormFactorOptions options;
 };
 
-const std::vector<Setting>& settings() {
-  static const std::vector<Setting> all{{"analytic", {}},
-                                        {"analytic", {.samples = 2}},
-                                        {"hemisphere", {.samples = 256}},
-                                        {"hemisphere", {.samples = 4096}},
-                                        {"hemicube", {.samples = 1, .resolution = 64}},
-                                        {"hemicube", {}}};
+std::vector<Setting> settings_of(std::string_view method) {
+  std::vector<Setting> all{{"analytic", {}},
+                           {"analytic", {.samples = 2}},
+                           {"hemisphere", {.samples = 256}},
+                           {"hemisphere", {.samples = 4096}},
+                           {"hemicube", {.samples = 1, .resolution = 64}},
+                           {"hemicube", {}}};
+  std::erase_if(all, [&](const Setting& setting) { return !method.empty() && setting.method != method; });
   return all;
 }
 
@@ -67,7 +68,9 @@ double relative(const PatchMesh& mesh, const BandArray& b, const BandArray& exac
 
 }  // namespace
 
-std::vector<Honesty> honesty(int rooms, const std::function<void(const Honesty&)>& seen) {
+std::vector<Honesty> honesty(int rooms, const std::function<void(const Honesty&)>& seen,
+                             std::string_view method) {
+  const std::vector<Setting> settings = settings_of(method);
   std::vector<Honesty> all;
   const auto add = [&](const std::string& scene, const Setting& setting, double truth, double estimate) {
     all.push_back({scene, name_of(setting), truth, estimate});
@@ -77,7 +80,7 @@ std::vector<Honesty> honesty(int rooms, const std::function<void(const Honesty&)
                                  std::initializer_list<double> sizes, double finest) {
     const Solved reference = solve_scene(scene, PatchSize{finest}, {"analytic", {}}, false);
     for (const double size : sizes)
-      for (const Setting& setting : settings()) {
+      for (const Setting& setting : settings) {
         const Solved solved = solve_scene(scene, PatchSize{size}, setting, true);
         const BandArray exact = restrict_to(solved.patches.mesh, reference.patches.mesh, reference.radiosity);
         add(fmt::format("{}, {} patches", name, solved.patches.mesh.patch_count()), setting,
@@ -87,7 +90,7 @@ std::vector<Honesty> honesty(int rooms, const std::function<void(const Honesty&)
   against_finer("cube, ρ = ½", lit_cube(0.5, 0.5, 0.5), {0.25, 0.125}, 1.0 / 32);
   against_finer("cube, ρ = 0.2, 0.7, 0.5", lit_cube(0.2, 0.7, 0.5), {0.25, 0.125}, 1.0 / 32);
 
-  for (const Setting& setting : settings()) {  // R1: B = E/(1 − ρ); what the box covers sees nothing
+  for (const Setting& setting : settings) {  // R1: B = E/(1 − ρ); what the box covers sees nothing
     const Solved solved = solve_scene(box_on_floor(), PatchSize{0.17}, setting, true);
     const PatchMesh& mesh = solved.patches.mesh;
     const Visibility visibility(mesh);
@@ -107,7 +110,7 @@ std::vector<Honesty> honesty(int rooms, const std::function<void(const Honesty&)
   for (const auto& [name, mesh] : kept) {
     const Scene scene = scene_of(mesh);
     const Solved exact = solve_scene(scene, KeepFaces{}, {"analytic", {.samples = 256}}, false);
-    for (const Setting& setting : settings()) {
+    for (const Setting& setting : settings) {
       const Solved solved = solve_scene(scene, KeepFaces{}, setting, true);
       add(fmt::format("{}, {} faces", name, mesh.patch_count()), setting,
           relative(solved.patches.mesh, solved.radiosity, exact.radiosity), solved.estimate->total);

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace radiosity::test {
@@ -17,7 +18,8 @@ struct Honesty {
 
 /// Scenes with known answers: lit cubes, a furnace with a box in it, a ball and a shell kept as they are (there the estimate is of the
 /// form factors alone); and `rooms` random rooms on two meshes, against patches a quarter the size. Each by several methods and
-/// settings. `seen` is called with each case as it is done.
-std::vector<Honesty> honesty(int rooms, const std::function<void(const Honesty&)>& seen = {});
+/// settings. `seen` is called with each case as it is done; `method` leaves out the others.
+std::vector<Honesty> honesty(int rooms, const std::function<void(const Honesty&)>& seen = {},
+                             std::string_view method = "");
 
 }  // namespace radiosity::test

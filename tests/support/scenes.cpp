@@ -351,8 +351,8 @@ Scene random_room(std::uint64_t seed) {
     const Vec3 lower = centre - Vec3(size.x() / 2, size.y() / 2, -height);
     scene.box(lower, lower + size, 1, Facing::outward, between(0, 1.5));
   }
-  const Vec3 lamp(between(0.5, 2.7), between(0.4, 2), 2.42);
-  scene.box(lamp, lamp + Vec3(between(0.3, 0.8), between(0.3, 0.6), 0.04), 2, Facing::outward);
+  const Vec3 lamp(between(0.5, 2.7), between(0.4, 2), 2.44);
+  scene.box(lamp, lamp + Vec3(between(0.3, 0.8), between(0.3, 0.6), 0.06), 2, Facing::outward);
   return scene.build();
 }
 

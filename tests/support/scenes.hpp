@@ -100,7 +100,7 @@ Scene lit_cube(double floor, double ceiling, double walls);
 /// The faces of a mesh as a scene.
 Scene scene_of(const PatchMesh& mesh);
 
-/// A closed room of 4 × 3 × 2.5 m with one to four boxes in it, standing or in mid-air, turned, a lamp under the ceiling, and
+/// A closed room of 4 × 3 × 2.5 m with one to four boxes in it, standing or in mid-air, turned, a lamp on the ceiling, and
 /// reflectances between 0.1 and 0.9; all at random.
 Scene random_room(std::uint64_t seed);
 
