@@ -286,13 +286,14 @@ void Visibility::first_hits(Packet& packet) const {
   context.from = impl_->plane_of(packet.from);
   context.to = nullptr;
   alignas(64) std::array<float, 16> risen;
-  for (std::size_t i = 0; i < 16; ++i) {
-    const float rise =
-        context.from->nx * packet.dx[i] + context.from->ny * packet.dy[i] + context.from->nz * packet.dz[i];
-    // With room for the rounding of the origins. A ray that does not rise is looked at in full.
-    risen[i] = rise > 0 ? 3 * tolerance::kSamePlane / rise : std::numeric_limits<float>::infinity();
+  if (const Plane* from = context.from) {
+    for (std::size_t i = 0; i < 16; ++i) {
+      const float rise = from->nx * packet.dx[i] + from->ny * packet.dy[i] + from->nz * packet.dz[i];
+      // With room for the rounding of the origins. A ray that does not rise is looked at in full.
+      risen[i] = rise > 0 ? 3 * tolerance::kSamePlane / rise : std::numeric_limits<float>::infinity();
+    }
+    context.risen = risen.data();
   }
-  context.risen = risen.data();
 
   alignas(64) std::array<int, 16> valid;
   RTCRayHit16 rays;
