@@ -473,7 +473,9 @@ FormFactorMatrix assemble(const FormFactorMethod& method, const Visibility& visi
       facts.rays += chosen.factors->rays();
       facts.lamps = chosen.lamps;
       facts.pairwise = static_cast<Index>(singled.patches.size());
-      for (const Index i : chosen.misjudged) escaped[at(i)] = std::max(0.0, 1 - sum(rows[at(i)]));
+      // Where nothing stands between two patches the rows of all of them are exact: cells may miss a narrow gap.
+      for (const Index i : visibility.convex() ? singled.patches : chosen.misjudged)
+        escaped[at(i)] = std::max(0.0, 1 - sum(rows[at(i)]));
     }
     facts.warnings = std::move(chosen.warnings);
   }
