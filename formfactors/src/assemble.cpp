@@ -6,6 +6,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -189,10 +190,19 @@ void replace_by_pairs(RowList& rows, const Singled& singled, const PairFactors& 
   });
 }
 
+// Σ term(e) in four chains: one alone would wait for each of its additions.
+template <class F>
+double sum(const Row& row, F&& term) {
+  std::array<double, 4> s{};
+  std::size_t k = 0;
+  for (; k + 4 <= row.size(); k += 4)
+    for (std::size_t chain = 0; chain < 4; ++chain) s[chain] += term(row[k + chain]);
+  for (; k < row.size(); ++k) s[0] += term(row[k]);
+  return (s[0] + s[1]) + (s[2] + s[3]);
+}
+
 double sum(const Row& row) {
-  double s = 0;
-  for (const Entry& e : row) s += static_cast<double>(e.value);
-  return s;
+  return sum(row, [](const Entry& e) { return static_cast<double>(e.value); });
 }
 
 Eigen::ArrayXd row_sums(const RowList& rows) {
@@ -305,9 +315,8 @@ Scaling scaling_to_row_sums(const RowList& rows, const Eigen::ArrayXd& row_targe
     Eigen::ArrayXd y(n);
     const Eigen::ArrayXd dx = d * x;
     for_each_row(n, [&](Index i) {
-      double sum = 0;
-      for (const Entry& e : rows[at(i)]) sum += static_cast<double>(e.value) * dx[e.column];
-      y[i] = d[i] / areas[i] * sum;
+      y[i] = d[i] / areas[i] *
+             sum(rows[at(i)], [&](const Entry& e) { return static_cast<double>(e.value) * dx[e.column]; });
     });
     return y;
   };
@@ -374,9 +383,9 @@ void require_memory(const FormFactorMethod& method, Index n, std::size_t limit) 
                                        : static_cast<Index>(std::sqrt(static_cast<double>(limit) / 24))));
 }
 
-// Calls value(i, entry) for what is stored of each entry; the rows are used up.
+// Calls finish(i, row), which turns a row into what is stored of it; the rows are used up.
 template <class F>
-FormFactorMatrix::Rows pack(RowList& rows, F&& value) {
+FormFactorMatrix::Rows pack(RowList& rows, F&& finish) {
   FormFactorMatrix::Rows out;
   out.n = static_cast<Index>(rows.size());
   const std::size_t n = rows.size();
@@ -394,8 +403,9 @@ FormFactorMatrix::Rows pack(RowList& rows, F&& value) {
   }
   for_each_row(out.n, [&](Index i) {
     Row& row = rows[at(i)];
+    finish(i, row);
     for (std::size_t k = 0; k < row.size(); ++k) {
-      const float f = value(i, row[k]);
+      const float f = row[k].value;
       if (sparse) {
         out.columns[out.start[at(i)] + k] = row[k].column;
         out.values[out.start[at(i)] + k] = f;
@@ -415,15 +425,19 @@ FormFactorMatrix::Rows pack_scaled(RowList& symmetric, const Scaling& scaling, c
   sums = Eigen::ArrayXd::Zero(areas.size());
   Eigen::ArrayXd reciprocity = sums;
   const Eigen::ArrayXd inverse = 1 / areas;
-  FormFactorMatrix::Rows out = pack(symmetric, [&](Index i, const Entry& e) {
-    const double s = scaling(i, e.column) * static_cast<double>(e.value);
-    const float f_ij = stored(s * inverse[i]);
-    const float f_ji =
-        stored(s * inverse[e.column]);  // what row j stores: S and its scaling are the same there
-    sums[i] += static_cast<double>(f_ij);
-    reciprocity[i] +=
-        reciprocity_error(static_cast<double>(f_ij), static_cast<double>(f_ji), areas[i], areas[e.column]);
-    return f_ij;
+  FormFactorMatrix::Rows out = pack(symmetric, [&](Index i, Row& row) {
+    double error = 0;
+    for (Entry& e : row) {
+      const double s = scaling(i, e.column) * static_cast<double>(e.value);
+      const float f_ij = stored(s * inverse[i]);
+      const float f_ji =
+          stored(s * inverse[e.column]);  // what row j stores: S and its scaling are the same there
+      error +=
+          reciprocity_error(static_cast<double>(f_ij), static_cast<double>(f_ji), areas[i], areas[e.column]);
+      e.value = f_ij;
+    }
+    sums[i] = sum(row);
+    reciprocity[i] = error;
   });
   quality = quality_of(sums, target, reciprocity, areas);
   return out;
@@ -461,7 +475,9 @@ FormFactorMatrix assemble(const FormFactorMethod& method, const Visibility& visi
       facts.rays += chosen.factors->rays();
       facts.lamps = chosen.lamps;
       facts.pairwise = static_cast<Index>(singled.patches.size());
-      for (const Index i : chosen.misjudged) escaped[at(i)] = std::max(0.0, 1 - sum(rows[at(i)]));
+      // Where nothing stands between two patches the rows of all of them are exact: cells may miss a narrow gap.
+      for (const Index i : visibility.convex() ? singled.patches : chosen.misjudged)
+        escaped[at(i)] = std::max(0.0, 1 - sum(rows[at(i)]));
     }
     facts.warnings = std::move(chosen.warnings);
   }
@@ -510,7 +526,7 @@ FormFactorMatrix assemble(const FormFactorMethod& method, const Visibility& visi
   } else {
     facts.before = facts.after = measure(rows, target, areas);
     sums = row_sums(rows);
-    packed = pack(rows, [](Index, const Entry& e) { return e.value; });
+    packed = pack(rows, [](Index, Row&) {});
   }
   facts.blind_patches = static_cast<Index>((sums == 0).count());
   const bool known_sums = facts.closed_rows || (facts.completed && facts.closed_scene && method.exact());

@@ -5,11 +5,14 @@
 
 #include <algorithm>
 #include <iterator>
+#include <map>
 
 #include "radiosity/meshing/tolerances.hpp"
 
 namespace radiosity {
 namespace {
+
+constexpr double kFewAnswers = 32;  // rays or cells: errors of 1/√32 = 18 %
 
 std::size_t most_of_a_kind(Index patches) {
   constexpr std::size_t kMostPairs = 50'000'000;
@@ -94,6 +97,23 @@ std::vector<Index> near_patches(const Visibility& visibility) {
   return out;
 }
 
+// Lamps, patches of one surface together, that are too small for the directions to tell. By reciprocity the area mean over i of
+// Σ_{j in L} F_ij is at most A_L / ΣA, and that of what one patch of L sends to a patch of mean area 1/n; with 1/grain directions from
+// every patch and m patches in L, what a typical patch receives from L rests on some
+//   (A_L / ΣA + m / n) / grain
+// of them.
+struct FaintLamps {
+  std::size_t lamps = 0, faint = 0;
+};
+FaintLamps faint_lamps(const PatchMesh& mesh, const std::vector<Index>& lamps, double grain) {
+  const double total = mesh.areas().sum();
+  std::map<Index, double> share;  // of surfaces that emit
+  for (const Index i : lamps) share[mesh.surface(i)] += mesh.area(i) / total + 1.0 / mesh.patch_count();
+  FaintLamps out{share.size(), 0};
+  for (const auto& [surface, s] : share) out.faint += s < kFewAnswers * grain ? 1 : 0;
+  return out;
+}
+
 std::vector<Index> united(const std::vector<Index>& a, const std::vector<Index>& b) {
   std::vector<Index> out;
   std::set_union(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(out));
@@ -103,7 +123,6 @@ std::vector<Index> united(const std::vector<Index>& a, const std::vector<Index>&
 }  // namespace
 
 bool hardly_answered(const FormFactorMethod& method, double row_sum) {
-  constexpr double kFewAnswers = 32;  // errors of 18 %
   return row_sum < kFewAnswers * method.grain();
 }
 
@@ -126,7 +145,19 @@ PairwisePatches pairwise_patches(const FormFactorMethod& method, const Visibilit
   };
 
   std::vector<Index> lamps = lamps_of(mesh);
-  if (lamps.size() > most) lamps.clear();
+  if (lamps.size() > most) {
+    const FaintLamps found = faint_lamps(mesh, lamps, method.grain());
+    if (found.faint > 0)
+      out.warnings.push_back(fmt::format(
+          "{} of {} surfaces that emit are so small that what single patches receive from them is noise (18 "
+          "% "
+          "and "
+          "more), and their patches are too many to be computed pair by pair ({} of {}, at most {}); more "
+          "samples, "
+          "fewer patches on lamps or method analytic tell them",
+          found.faint, found.lamps, lamps.size(), mesh.patch_count(), most));
+    lamps.clear();
+  }
   out.lamps = static_cast<Index>(lamps.size());
 
   std::vector<Index> near = near_patches(visibility);

@@ -21,6 +21,7 @@ namespace {
 
 struct Plane {
   float nx, ny, nz, d;  // n·x = d, n a unit vector
+  std::uint32_t facet = 0;
   float height(float x, float y, float z) const { return nx * x + ny * y + nz * z - d; }
 };
 
@@ -104,6 +105,7 @@ struct Visibility::Impl {
   }
 
   bool lies_in(const Plane& plane, unsigned triangle) const {
+    if (triangles[triangle].facet == plane.facet) return true;
     for (const auto& x : triangles[triangle].corners)
       if (std::abs(plane.height(x[0], x[1], x[2])) > tolerance::kSamePlane) return false;
     return true;
@@ -141,6 +143,13 @@ void Visibility::Impl::filter(const RTCFilterFunctionNArguments* args) {
   const auto* context = reinterpret_cast<const Context*>(args->context);
   if (context->from == nullptr && context->to == nullptr && !context->fronts_only) return;
   const unsigned n = args->N;
+  if (n == 16 && context->risen != nullptr) {
+    // Lanes of the packet: nearly always all of them are clear of the plane, or all their hits are in it.
+    const float* const distance = &RTCRayN_tfar(args->ray, 16, 0);
+    int low = 0;
+    for (unsigned k = 0; k < 16; ++k) low |= args->valid[k] & (distance[k] > context->risen[k] ? 0 : -1);
+    if (low == 0) return;
+  }
   for (unsigned k = 0; k < n; ++k) {
     if (args->valid[k] == 0) continue;
     if (context->risen != nullptr &&
@@ -230,6 +239,9 @@ Visibility::Visibility(const PatchMesh& mesh)
     impl_->planes.push_back({static_cast<float>(n.x()), static_cast<float>(n.y()), static_cast<float>(n.z()),
                              static_cast<float>(d)});
   }
+  for (std::size_t f = 0; f < facets_.size(); ++f)
+    for (const Index i : facets_[f].patches)
+      impl_->planes[static_cast<std::size_t>(i)].facet = static_cast<std::uint32_t>(f);
 
   impl_->device = rtcNewDevice(nullptr);
   if (impl_->device == nullptr) throw std::runtime_error("Embree cannot make a device");
@@ -286,13 +298,14 @@ void Visibility::first_hits(Packet& packet) const {
   context.from = impl_->plane_of(packet.from);
   context.to = nullptr;
   alignas(64) std::array<float, 16> risen;
-  for (std::size_t i = 0; context.from != nullptr && i < 16; ++i) {
-    const float rise =
-        context.from->nx * packet.dx[i] + context.from->ny * packet.dy[i] + context.from->nz * packet.dz[i];
-    // With room for the rounding of the origins. A ray that does not rise is looked at in full.
-    risen[i] = rise > 0 ? 3 * tolerance::kSamePlane / rise : std::numeric_limits<float>::infinity();
+  if (const Plane* from = context.from) {
+    for (std::size_t i = 0; i < 16; ++i) {
+      const float rise = from->nx * packet.dx[i] + from->ny * packet.dy[i] + from->nz * packet.dz[i];
+      // With room for the rounding of the origins. A ray that does not rise is looked at in full.
+      risen[i] = rise > 0 ? 3 * tolerance::kSamePlane / rise : std::numeric_limits<float>::infinity();
+    }
+    context.risen = risen.data();
   }
-  context.risen = context.from != nullptr ? risen.data() : nullptr;
 
   alignas(64) std::array<int, 16> valid;
   RTCRayHit16 rays;
@@ -315,6 +328,16 @@ void Visibility::first_hits(Packet& packet) const {
     rays.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
   }
   rtcIntersect16(valid.data(), impl_->scene, &context.base, &rays);
+  // Where the hits are, in their locators; what those will look at is on its way meanwhile.
+  std::array<Eigen::Vector2f, 16> place;
+  std::array<const PatchLocator*, 16> locator;
+  for (std::size_t i = 0; i < 16; ++i) {
+    if (rays.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
+    const Impl::Triangle& t = impl_->triangles[rays.hit.primID[i]];
+    place[i] = t.origin + rays.hit.u[i] * t.along_u + rays.hit.v[i] * t.along_v;
+    locator[i] = &impl_->locators[t.facet];
+    locator[i]->prefetch(place[i]);
+  }
   bool any_back = false;
   for (int k = 0; k < packet.count; ++k) {
     const auto i = static_cast<std::size_t>(k);
@@ -323,7 +346,7 @@ void Visibility::first_hits(Packet& packet) const {
     valid[i] = 0;
     if (rays.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
     const bool front = impl_->shows_front(rays.hit.primID[i], packet.dx[i], packet.dy[i], packet.dz[i]);
-    packet.hit[i] = front ? impl_->patch_at(rays.hit.primID[i], rays.hit.u[i], rays.hit.v[i]) : kBack;
+    packet.hit[i] = front ? locator[i]->at(place[i]) : kBack;
     if (front) continue;
     // A wall without thickness shows each side its own front: look for one at the same place as the back.
     const float slack = tolerance::kSamePlane / std::hypot(packet.dx[i], packet.dy[i], packet.dz[i]);

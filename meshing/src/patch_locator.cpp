@@ -3,13 +3,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+
+#include "radiosity/meshing/tolerances.hpp"
 
 namespace radiosity {
 
 PatchLocator::PatchLocator(const PatchMesh& mesh, const Facet& facet) {
   if (facet.patches.size() == 1) {
     origin_ = u_ = v_ = Vec3::Zero();
-    only_ = {facet.patches[0]};
+    cells_ = {{{0, 0, 1}, {facet.patches[0], facet.patches[0]}}};
     return;
   }
   // Axes along the first patch's first edge; where patches are rectangles, the cells take their size.
@@ -48,6 +51,8 @@ PatchLocator::PatchLocator(const PatchMesh& mesh, const Facet& facet) {
 
   const auto cell_count = static_cast<std::size_t>(rows_) * static_cast<std::size_t>(columns_);
   std::vector<std::vector<std::uint32_t>> lists(cell_count);
+  std::vector<Triangle> triangles;
+  std::vector<std::array<Eigen::Vector2d, 3>> corners;  // of triangles
   constexpr double kInside = 1e-6;  // a triangle that only touches a cell does not reach into it
   for (const Index i : facet.patches) {
     for (const auto& t : mesh.triangles(i)) {
@@ -63,8 +68,9 @@ PatchLocator::PatchLocator(const PatchMesh& mesh, const Facet& facet) {
         const Eigen::Vector2d along = (p[(k + 1) % 3] - p[k]).normalized();
         edge[k] = {-along.y(), along.x(), along.y() * p[k].x() - along.x() * p[k].y()};
       }
-      const auto number = static_cast<std::uint32_t>(triangles_.size());
-      Triangle& triangle = triangles_.emplace_back();
+      const auto number = static_cast<std::uint32_t>(triangles.size());
+      corners.push_back(p);
+      Triangle& triangle = triangles.emplace_back();
       triangle.patch = i;
       for (int k = 0; k < 3; ++k) triangle.distance.row(k) = edge[static_cast<std::size_t>(k)].cast<float>();
       const int x1 = std::min(columns_ - 1, static_cast<int>(reach.max().x() - kInside));
@@ -82,34 +88,58 @@ PatchLocator::PatchLocator(const PatchMesh& mesh, const Facet& facet) {
       }
     }
   }
-  only_.assign(cell_count, kSeveral);
-  start_.push_back(0);
-  for (std::size_t c = 0; c < cell_count; ++c) {
-    const auto patch = [&](std::uint32_t t) { return triangles_[t].patch; };
-    const auto& list = lists[c];
-    if (list.empty()) {
-      only_[c] = c > 0 && only_[c - 1] >= 0 ? only_[c - 1] : facet.patches[0];  // asked for by rounding only
-    } else if (std::all_of(list.begin(), list.end(),
-                           [&](std::uint32_t t) { return patch(t) == patch(list[0]); })) {
-      only_[c] = patch(list[0]);
-    } else {
-      reaching_.insert(reaching_.end(), list.begin(), list.end());
+  // A line of which all of the triangles of the first one's patch lie on the inner side, and all others on the outer one.
+  const auto divide = [&](const std::vector<std::uint32_t>& list) -> std::optional<Cell> {
+    const Index inside = triangles[list[0]].patch;
+    const auto other =
+        std::find_if(list.begin(), list.end(), [&](std::uint32_t t) { return triangles[t].patch != inside; });
+    const Index outside = other == list.end() ? inside : triangles[*other].patch;
+    if (outside == inside) return Cell{{0, 0, 1}, {inside, inside}};
+    for (const std::uint32_t t : list) {
+      if (triangles[t].patch != inside) continue;
+      for (int k = 0; k < 3; ++k) {
+        const Eigen::Vector3f line = triangles[t].distance.row(k);
+        const bool divides = std::all_of(list.begin(), list.end(), [&](std::uint32_t u) {
+          const Index patch = triangles[u].patch;
+          const double side = patch == inside ? 1 : -1;
+          return (patch == inside || patch == outside) &&
+                 std::all_of(corners[u].begin(), corners[u].end(), [&](const Eigen::Vector2d& x) {
+                   return side * line.cast<double>().dot(Eigen::Vector3d(x.x(), x.y(), 1)) >
+                          -tolerance::kOnLine;
+                 });
+        });
+        if (divides) return Cell{line, {inside, outside}};
+      }
     }
-    start_.push_back(static_cast<std::uint32_t>(reaching_.size()));
+    return std::nullopt;
+  };
+  cells_.reserve(cell_count);
+  for (const auto& list : lists) {
+    if (list.empty()) {  // asked for by rounding only
+      const Index near =
+          !cells_.empty() && cells_.back().sides[0] >= 0 ? cells_.back().sides[0] : facet.patches[0];
+      cells_.push_back({{0, 0, 1}, {near, near}});
+    } else if (const auto divided = divide(list)) {
+      cells_.push_back(*divided);
+    } else {
+      cells_.push_back(
+          {{0, 0, 1}, {-1 - static_cast<Index>(triangles_.size()), static_cast<Index>(list.size())}});
+      for (const std::uint32_t t : list) triangles_.push_back(triangles[t]);
+    }
   }
 }
 
-Index PatchLocator::among_several(std::size_t cell, const Eigen::Vector2f& p) const {
+Index PatchLocator::among_several(const Cell& cell, const Eigen::Vector2f& p) const {
   const Eigen::Vector3f q(p.x(), p.y(), 1);
-  Index best = triangles_[reaching_[start_[cell]]].patch;
+  const Triangle* const first = &triangles_[static_cast<std::size_t>(-1 - cell.sides[0])];
+  Index best = first->patch;
   float deepest = -std::numeric_limits<float>::max();
-  for (std::uint32_t k = start_[cell]; k < start_[cell + 1]; ++k) {
-    const Triangle& t = triangles_[reaching_[k]];
-    const float depth = (t.distance * q).minCoeff();
-    if (depth >= 0) return t.patch;
+  for (const Triangle* t = first; t != first + cell.sides[1]; ++t) {
+    const float depth = (t->distance * q).minCoeff();
+    if (depth >= 0) return t->patch;
     if (depth > deepest) {
       deepest = depth;
-      best = t.patch;
+      best = t->patch;
     }
   }
   return best;

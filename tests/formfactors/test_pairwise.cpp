@@ -2,6 +2,7 @@
 // What directions cannot tell, sampled methods leave to the pairs: lamps, patches that nearly touch, thin and distant ones.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -114,6 +115,13 @@ TEST_P(Pairwise, ClosingLeavesTheFactorsToASmallLampAlone) {
   }
 }
 
+TEST_P(Pairwise, LampsKnowBetterThanCellsWhatLeavesThroughANarrowGap) {
+  // Four viewpoints see nothing of the gap: had they the last word, the rows would sum to 1.
+  const Eigen::MatrixXd f = factors(opposed_squares(1e-3));
+  EXPECT_NEAR(f(0, 1), 0.998005631908, 1e-7);
+  EXPECT_NEAR(f(1, 0), 0.998005631908, 1e-7);
+}
+
 TEST_P(Pairwise, SaysSoWherePatchesThatNearlyTouchAreTooMany) {
   const Vec3 x = Vec3::UnitX(), y = Vec3::UnitY();
   const PatchMesh mesh = unlit().grid({0, 0, 0}, x, y, 12, 12).grid({0, 0, 1e-9}, y, x, 12, 12).build();
@@ -121,6 +129,32 @@ TEST_P(Pairwise, SaysSoWherePatchesThatNearlyTouchAreTooMany) {
   const Eigen::MatrixXd f = factors(mesh, &report);
   const bool right = (f.rowwise().sum().array() - 1).abs().maxCoeff() < 1e-6;
   EXPECT_TRUE(right || !report.warnings.empty());
+}
+
+/// A room with a grid of n × n lamps of side `size` under its ceiling, each a surface of its own.
+PatchMesh room_with_lamps(Index n, double size) {
+  MeshBuilder room = unlit().box({0, 0, 0}, {1, 1, 1}, 5, Facing::inward).use_material(grey("lamp", 0, 10));
+  for (Index a = 0; a < n; ++a)
+    for (Index b = 0; b < n; ++b)
+      room.grid({(a + 0.3) / n, (b + 0.3) / n, 0.9}, size * Vec3::UnitY(), size * Vec3::UnitX(), 1, 1);
+  return room.build();
+}
+
+TEST_P(Pairwise, SaysSoWhereSmallLampsAreTooMany) {
+  FormFactorOptions coarse = setting_of(*GetParam(), 16);
+  const auto warnings = [&](const PatchMesh& mesh) {
+    const MethodSetup setup(mesh, *GetParam(), coarse);
+    AssemblyReport report;
+    assemble(*setup.method, setup.visibility, {}, &report);
+    return std::count_if(report.warnings.begin(), report.warnings.end(), [](const std::string& warning) {
+      return warning.find("surfaces that emit") != std::string::npos;
+    });
+  };
+  const bool by_pairs = MethodSetup(cube_room(1), *GetParam()).method->reciprocal();
+  EXPECT_EQ(warnings(room_with_lamps(7, 1e-3)), by_pairs ? 0 : 1);  // 49 of 199 patches
+  EXPECT_EQ(warnings(room_with_lamps(5, 1e-3)), 0);                 // computed pair by pair
+  coarse = setting_of(*GetParam(), 256);
+  EXPECT_EQ(warnings(cube_room(4)), 0);  // all of it emits
 }
 
 }  // namespace

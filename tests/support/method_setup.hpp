@@ -60,11 +60,15 @@ struct SeedMeans {
   Eigen::MatrixXd mean, standard_error;
   bool exact;
 
-  SeedMeans(const PatchMesh& mesh, const FormFactorMethodInfo& info) {
+  SeedMeans(const PatchMesh& mesh, const FormFactorMethodInfo& info) : SeedMeans(mesh, info, fine(info)) {}
+
+  /// Rays and shadow rays; viewpoints on a grid whose quadrature error is below that of the cells.
+  static FormFactorOptions fine(const FormFactorMethodInfo& info) {
+    return {.samples = info.defaults.resolution > 0 ? 64 : std::max<Index>(info.defaults.samples, 256)};
+  }
+
+  SeedMeans(const PatchMesh& mesh, const FormFactorMethodInfo& info, FormFactorOptions options) {
     constexpr int kRuns = 16;
-    // Rays and shadow rays; viewpoints on a grid whose quadrature error is below that of the cells.
-    FormFactorOptions options;
-    options.samples = info.defaults.resolution > 0 ? 64 : std::max<Index>(info.defaults.samples, 256);
     const MethodSetup setup(mesh, info, options);
     exact = setup.method->exact();
     Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(setup.size(), setup.size()), squares = sum;

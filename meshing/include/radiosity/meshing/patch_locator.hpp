@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -10,7 +11,8 @@
 namespace radiosity {
 
 /// Which patch of a facet lies at a point of its plane: a uniform grid in the plane, aligned with the patches where they
-/// are a grid themselves, whose cells list the triangles that reach into them. Most queries end at a cell of one patch.
+/// are a grid themselves. Most cells hold one patch, or two on either side of a line; the others list the triangles that
+/// reach into them.
 class PatchLocator {
  public:
   PatchLocator(const PatchMesh& mesh, const Facet& facet);
@@ -22,29 +24,38 @@ class PatchLocator {
 
   /// The patch at p; near a border within rounding, one of its neighbours; outside the facet, a patch nearby.
   Index at(const Eigen::Vector2f& p) const {
-    const int column = std::clamp(static_cast<int>(p.x()), 0, columns_ - 1);
-    const int row = std::clamp(static_cast<int>(p.y()), 0, rows_ - 1);
-    const auto cell =
-        static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(column);
-    const Index only = only_[cell];
-    return only >= 0 ? only : among_several(cell, p);
+    const Cell& cell = cells_[cell_at(p)];
+    const bool outside = cell.line.x() * p.x() + cell.line.y() * p.y() + cell.line.z() < 0;
+    const Index patch = cell.sides[static_cast<std::size_t>(outside)];
+    return patch >= 0 ? patch : among_several(cell, p);
   }
+
+  /// Has the memory that at(p) will look at brought near.
+  void prefetch(const Eigen::Vector2f& p) const { __builtin_prefetch(&cells_[cell_at(p)]); }
 
  private:
   struct Triangle {
     Index patch;
     Eigen::Matrix<float, 3, 3> distance;  ///< row k · (x, y, 1): distance inside edge k
   };
-  static constexpr Index kSeveral = -1;
+  // One place in memory to look at, and no branch that a processor would have to foresee.
+  struct Cell {
+    Eigen::Vector3f line;        // · (x, y, 1) ≥ 0: sides[0]
+    std::array<Index, 2> sides;  // patches; of a cell of several: −1 − (first of its triangles), their number
+  };
 
-  Index among_several(std::size_t cell, const Eigen::Vector2f& p) const;
+  std::size_t cell_at(const Eigen::Vector2f& p) const {
+    const int column = std::clamp(static_cast<int>(p.x()), 0, columns_ - 1);
+    const int row = std::clamp(static_cast<int>(p.y()), 0, rows_ - 1);
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+           static_cast<std::size_t>(column);
+  }
+  Index among_several(const Cell& cell, const Eigen::Vector2f& p) const;
 
   Vec3 origin_, u_, v_;  // x ↦ ((x − origin)·u, (x − origin)·v) in cells
   int columns_ = 1, rows_ = 1;
-  std::vector<Index> only_;  // per cell: its patch, or kSeveral
-  std::vector<std::uint32_t> start_;
-  std::vector<std::uint32_t> reaching_;  // triangles of each cell
-  std::vector<Triangle> triangles_;
+  std::vector<Cell> cells_;
+  std::vector<Triangle> triangles_;  // of cells of several
 };
 
 }  // namespace radiosity

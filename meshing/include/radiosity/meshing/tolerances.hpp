@@ -46,6 +46,10 @@ inline constexpr float kSamePlane = 5e-7F;
 /// buffers, which work in single precision and pass through what lies within kSamePlane.
 inline constexpr double kNearPlane = 4 * static_cast<double>(kSamePlane);
 
+/// In a patch locator, a corner lies on the line that divides a cell when it is nearer than kOnLine cells: what single precision
+/// leaves of positions up to 1000 cells.
+inline constexpr double kOnLine = 1e-4;
+
 /// A scene is convex when no vertex lies deeper than kConvex · (scene diagonal) behind any patch.
 inline constexpr double kConvex = 1e-9;
 
