@@ -177,6 +177,9 @@ PairwisePatches pairwise_patches(const FormFactorMethod& method, const Visibilit
     make_factors();
     if (sum > 0 || out.factors->may_see_any(i)) unanswered.push_back(i);
   }
+  // Many that no direction finds anything from are what lies outside of an open scene; they are counted as blind.
+  if (unanswered.size() > most)
+    std::erase_if(unanswered, [&](Index i) { return row_sums[static_cast<std::size_t>(i)] == 0; });
   if (unanswered.size() > most) {
     out.warnings.push_back(fmt::format(
         "{} patches see so little that their factors are noise, and they are too many to be computed pair by "
