@@ -87,19 +87,38 @@ struct Series {
 struct Diagram {
   std::string x_label, y_label;
   std::vector<Series> series;
-  std::string legend = "outside right top";
 };
 
-/// Both axes logarithmic, from the decade below the data to the one above. Points with labels get them written beside them.
+/// Both axes logarithmic, with some room round the data. Points with labels get them written beside them.
 std::string svg(const Diagram& diagram) {
   std::string script =
       "set terminal svg size 860,440 dynamic font 'sans-serif,13' background 'white'\n"
-      "set encoding utf8\nset logscale xy\nset grid xtics ytics lc rgb '#dddddd' lt 1\nset border 3 lc rgb "
+      "set encoding utf8\nset logscale xy\nset border 3 lc rgb "
       "'#444444'\n"
-      "set tics nomirror\nset format xy '%g'\nset style textbox noborder\nset offsets graph 0.05, graph "
-      "0.08, graph 0.08, graph 0.05\n";
-  script += fmt::format("set xlabel '{}'\nset ylabel '{}'\nset key {} reverse Left\n", diagram.x_label,
-                        diagram.y_label, diagram.legend);
+      "set tics nomirror\nset format xy '%g'\nset grid mxtics mytics xtics ytics lt 1 lc rgb '#bbbbbb', lt 1 "
+      "lc rgb '#eeeeee'\n";
+  double left = HUGE_VAL, right = 0, low = HUGE_VAL, high = 0;
+  for (const Series& series : diagram.series)
+    for (const auto& point : series.points) {
+      left = std::min(left, point.x);
+      right = std::max(right, point.x);
+      low = std::min(low, point.y);
+      high = std::max(high, point.y);
+    }
+  constexpr double kRoom = 1.4;
+  // Less than a decade holds few round numbers: there 2 and 5 are written, too.
+  const auto ticks = [](char axis, double from, double to) {
+    if (to > 30 * from) return std::string();
+    std::vector<std::string> marks;
+    for (int d = static_cast<int>(std::floor(std::log10(from))); std::pow(10.0, d) <= to; ++d)
+      for (const int m : {1, 2, 5}) marks.push_back(fmt::format("{:g}", m * std::pow(10.0, d)));
+    return fmt::format("set {}tics ({})\n", axis, fmt::join(marks, ", "));
+  };
+  left /= kRoom, right *= kRoom, low /= kRoom, high *= kRoom;
+  script += fmt::format("set xrange [{}:{}]\nset yrange [{}:{}]\n{}{}", left, right, low, high,
+                        ticks('x', left, right), ticks('y', low, high));
+  script += fmt::format("set xlabel '{}'\nset ylabel '{}'\nset key outside right top reverse Left\n",
+                        diagram.x_label, diagram.y_label);
   std::vector<std::string> plots;
   for (std::size_t s = 0; s < diagram.series.size(); ++s) {
     const Series& series = diagram.series[s];

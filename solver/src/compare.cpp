@@ -57,6 +57,12 @@ struct Mesh {
   std::unique_ptr<Visibility> visibility;
 };
 
+// To three digits, as it will be typed.
+double rounded(double size) {
+  const double unit = std::pow(10.0, std::floor(std::log10(size)) - 2);
+  return std::stod(fmt::format("{:.6g}", std::round(size / unit) * unit));
+}
+
 // On the heap: the visibility keeps a reference to the mesh.
 std::unique_ptr<Mesh> make_mesh(const Scene& scene, const PatchOptions& options) {
   const double start = now();
@@ -75,8 +81,6 @@ std::unique_ptr<Mesh> make_mesh(const Scene& scene, const PatchOptions& options)
             facts.size, (mesh.vertex(corners[k]) - mesh.vertex(corners[(k + 1) % corners.size()])).norm());
     }
   }
-  if (std::holds_alternative<AutoPatches>(options) && out->patches.patch_size > 0)
-    facts.options = PatchSize{out->patches.patch_size};
   facts.seconds = now() - start;
   return out;
 }
@@ -306,10 +310,11 @@ class Comparer {
 
   void make_coarser(const Mesh& own, double size) {
     for (const double factor : {4.0, 2.0}) {
-      auto coarse = make_mesh(scene_, PatchSize{factor * size});
+      auto coarse = make_mesh(scene_, PatchSize{rounded(factor * size)});
       const Index before = meshes_.empty() ? 0 : meshes_.back()->facts.patches;
       if (coarse->facts.patches > 0.7 * own.facts.patches || coarse->facts.patches <= before) continue;
-      coarse->facts.size = factor * size;
+      coarse->facts.size = rounded(factor * size);
+      twice_there_ = factor == 2;
       meshes_.push_back(std::move(coarse));
     }
   }
@@ -340,7 +345,7 @@ class Comparer {
       if (reference || budget_.interrupted()) break;
     }
     if (!reference) return no_finer_reference();
-    if (k > 2) meshes_.push_back(make_mesh(scene_, PatchSize{size / 2}));
+    if (k > 2) meshes_.push_back(make_mesh(scene_, PatchSize{rounded(size / 2)}));
     for (const auto& mesh : meshes_) {
       const PatchMesh& coarse = mesh->patches.mesh;
       finer_.push_back(restrict_to(coarse, fine->patches.mesh, reference->radiosity));
@@ -361,7 +366,7 @@ class Comparer {
     const double at_own = patch_effect(out_.own, out_.radiosity, out_.factors.noise);
     facts.order = 1;
     facts.order_assumed = true;
-    if (out_.own > 0 && meshes_[out_.own - 1]->facts.size == 2 * size) {
+    if (twice_there_) {
       if (const auto coarse = make_reference(*meshes_[out_.own - 1], kShare / 4 * options_.budget_s)) {
         const PatchMesh& mesh = meshes_[out_.own - 1]->patches.mesh;
         const double noise = relative_rms(mesh, coarse->noise, coarse->radiosity - mesh.emission());
@@ -477,6 +482,7 @@ class Comparer {
   Budget budget_;
   Comparison out_;
   std::vector<std::unique_ptr<Mesh>> meshes_;
+  bool twice_there_ = false;      // the mesh before the user's has patches of twice the size
   std::vector<BandArray> finer_;  // per mesh: the finer reference on its patches
 };
 
