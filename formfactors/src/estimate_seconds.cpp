@@ -11,10 +11,11 @@ namespace radiosity {
 
 double estimate_seconds(const FormFactorMethod& method, Index patches, Index rows, double patience) {
   using Clock = std::chrono::steady_clock;
-  const auto start = Clock::now();
-  const auto elapsed = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
   const FormFactorMethod::Sink ignore = [](Index, std::span<const Index>, std::span<const double>, double) {};
   const Index stride = std::max<Index>(1, patches / std::max<Index>(1, rows));
+  if (patches > 0) method.rows(0, 1, method.reciprocal(), ignore);  // what is made once is made now
+  const auto start = Clock::now();
+  const auto elapsed = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
   Index done = 0;
   for (Index i = stride / 2; i < patches && (done == 0 || elapsed() < patience); i += stride, ++done)
     method.rows(i, i + 1, method.reciprocal(), ignore);

@@ -62,6 +62,13 @@ std::string escaped(std::string_view text) {
   return out;
 }
 
+// A command breaks between words only, not at their hyphens.
+std::string words(const std::string& command) {
+  std::string out = "<span>";
+  for (const char c : command) out += c == ' ' ? std::string("</span> <span>") : escaped({&c, 1});
+  return out + "</span>";
+}
+
 std::string percent(double share) {
   return fmt::format("{:.2g} %", 100 * share);
 }
@@ -173,7 +180,7 @@ class Page {
 <style>
 body { font: 16px/1.5 sans-serif; color: #222; max-width: 62em; margin: 2em auto; padding: 0 1em; }
 h1 { font-size: 1.6em; } h2 { font-size: 1.25em; margin-top: 2em; border-bottom: 1px solid #ccc; }
-code, pre { font-family: monospace; font-size: 0.92em; } pre { background: #f4f4f4; padding: 0.6em; white-space: pre-wrap; margin: 0.2em 0 0.8em; }
+code, pre { font-family: monospace; font-size: 0.92em; } pre span { white-space: nowrap; } pre { background: #f4f4f4; padding: 0.6em; white-space: pre-wrap; margin: 0.2em 0 0.8em; }
 table { border-collapse: collapse; font-size: 0.88em; } th, td { padding: 0.15em 0.7em; text-align: right; border-bottom: 1px solid #e4e4e4; }
 th { border-bottom: 1px solid #888; vertical-align: bottom; } td.l, th.l { text-align: left; } tr.best { background: #eef6ea; }
 svg { max-width: 100%; height: auto; } .note { color: #555; font-size: 0.9em; }
@@ -227,7 +234,7 @@ details { margin-top: 0.6em; }
       const TradeRun& run = all_.runs[*line.run];
       add("<p><b>{:g} %</b>: takes {:.2g} s and errs by at most {} (measured: {}).</p>\n<pre>{}</pre>\n",
           100 * line.error, run.seconds, percent(*error_at_most(all_, run)),
-          percent(total ? run.total->rms : run.factors->rms), escaped(solve_command(all_, run, origin_)));
+          percent(total ? run.total->rms : run.factors->rms), words(solve_command(all_, run, origin_)));
     }
     add("<p class=\"note\">The error is that of the radiosities B of all patches, √(Σ A ΔB² / Σ A (B − E)²): "
         "the root mean square, "
@@ -357,6 +364,9 @@ details { margin-top: 0.6em; }
       add("<figure><img alt=\"error map\" src=\"{}\"><figcaption>{}</figcaption></figure>\n",
           png(paint(visibility, colours, camera, kWidth, kHeight, kSamples)), escaped(map.caption));
     }
+    std::vector<std::string> missing;
+    for (const TradeRun& run : all_.runs)
+      if (run.standard && run.mesh == all_.own && !run.left_out.empty()) missing.push_back(run.method);
     std::vector<std::string> stops, ticks;
     for (const Rgb& c : kViridis) stops.push_back(fmt::format("rgb({} {} {})", c[0], c[1], c[2]));
     for (int d = 0; d <= kDecades; ++d)
@@ -367,6 +377,9 @@ details { margin-top: 0.6em; }
         "linear-gradient(to right, "
         "{})\"></div>\n<div class=\"ticks\">{}</div>\n",
         fmt::join(stops, ", "), fmt::join(ticks, ""));
+    if (!missing.empty())
+      add("<p class=\"note\">Not shown, because its default setting did not run on these patches: {}.</p>\n",
+          fmt::join(missing, ", "));
   }
 
   static Rgb colour_of(double t) {

@@ -210,10 +210,9 @@ class Comparer {
            8 * n * std::min<double>(n, entries) <= static_cast<double>(options_.memory_limit_bytes);
   }
 
-  // `fixed`: seconds that do not depend on the number of rays.
   // Two solutions, and what they tell of the error of the better one or of their mean. Nothing where the budget does not
   // allow it, or somebody asked to stop.
-  std::optional<ReferenceSolution> make_reference(const Mesh& mesh, double share, double fixed = 0) {
+  std::optional<ReferenceSolution> make_reference(const Mesh& mesh, double share) {
     const double start = budget_.elapsed();
     const auto solve = [&](const FormFactorMethodInfo& info, const FormFactorOptions& settings) {
       return solve_on(mesh, info, settings, 1e-10, options_.memory_limit_bytes, budget_, start + 2 * share);
@@ -251,19 +250,26 @@ class Comparer {
       if (budget_.interrupted()) return std::nullopt;
     }
 
+    // As many rays as two solutions may have, found by what fewer took: the first has the fewest.
     const FormFactorMethodInfo& sampled = find_form_factor_method(kSampled);
     FormFactorOptions settings = sampled.defaults;
     settings.seed = options_.seed + kOtherSeeds;
-    const double per_ray = 2 * predict(mesh, sampled, settings) / settings.samples;
-    settings.samples = kMostRays;
-    while (settings.samples > kLeastRays &&
-           (fixed + per_ray * settings.samples > share || !fits_memory(mesh, settings.samples)))
-      settings.samples /= 2;
-    if (fixed + per_ray * settings.samples > 1.5 * share || !fits_memory(mesh, settings.samples))
-      return std::nullopt;
+    settings.samples = kLeastRays;
+    if (!fits_memory(mesh, settings.samples)) return std::nullopt;
     auto first = solve(sampled, settings);
+    while (first && settings.samples < kMostRays) {
+      const double left = share - (budget_.elapsed() - start);
+      Index more = 1;
+      while (more < 16 && 2.0 * (2 * more) * first->seconds < left &&
+             fits_memory(mesh, 2 * more * settings.samples) && more * settings.samples < kMostRays)
+        more *= 2;
+      if (more == 1) break;
+      settings.samples *= more;
+      first = solve(sampled, settings);
+    }
+    if (!first || budget_.elapsed() + first->seconds > start + 1.5 * share) return std::nullopt;
     ++settings.seed;
-    const auto second = first ? solve(sampled, settings) : std::nullopt;
+    const auto second = solve(sampled, settings);
     if (!second) return std::nullopt;
     --settings.seed;
     return finish(kSampled, settings, 2, (first->radiosity + second->radiosity) / 2,
@@ -341,7 +347,7 @@ class Comparer {
     for (; k >= 2; k /= 2) {
       if (2 * kSafety * std::pow(k, 4) * fixed > 2 * kShare * options_.budget_s) continue;
       fine = make_mesh(scene_, PatchSize{size / k});
-      reference = make_reference(*fine, kShare * options_.budget_s, 2 * std::pow(k, 4) * fixed);
+      reference = make_reference(*fine, kShare * options_.budget_s);
       if (reference || budget_.interrupted()) break;
     }
     if (!reference) return no_finer_reference();
