@@ -200,7 +200,7 @@ class Comparer {
   double predict(const Mesh& mesh, const FormFactorMethodInfo& info,
                  const FormFactorOptions& settings) const {
     const auto method = info.make(*mesh.visibility, settings);
-    return kSafety * estimate_seconds(*method, mesh.facts.patches, 4, options_.budget_s / 400);
+    return estimate_seconds(*method, mesh.facts.patches, 8, options_.budget_s / 400);
   }
 
   // F has no more entries than there are rays or patches, of 8 bytes each.
@@ -214,8 +214,10 @@ class Comparer {
   // allow it, or somebody asked to stop.
   std::optional<ReferenceSolution> make_reference(const Mesh& mesh, double share) {
     const double start = budget_.elapsed();
+    double until = start + share;
     const auto solve = [&](const FormFactorMethodInfo& info, const FormFactorOptions& settings) {
-      return solve_on(mesh, info, settings, 1e-10, options_.memory_limit_bytes, budget_, start + 2 * share);
+      return solve_on(mesh, info, settings, 1e-10, options_.memory_limit_bytes, budget_,
+                      std::min(until, budget_.elapsed() + budget_.left()));
     };
     ReferenceSolution out;
     const auto finish = [&](std::string_view method, const FormFactorOptions& settings, int solves,
@@ -237,16 +239,19 @@ class Comparer {
     many.samples *= 16;
     fewer.samples *= 4;
     const bool exact = pairs.make(*mesh.visibility, many)->exact();
-    if (fits_memory(mesh, mesh.facts.patches) &&
-        predict(mesh, pairs, many) + (exact ? 0 : predict(mesh, pairs, fewer)) < share) {
-      auto best = solve(pairs, many);
-      if (best && exact)
-        return finish(kPairs, many, 1, best->radiosity, kSingleRounding * best->radiosity,
-                      std::move(best->f));
-      if (best)
-        if (const auto second = solve(pairs, fewer))
+    // Four times as many points cost at most four times as much.
+    if (fits_memory(mesh, mesh.facts.patches) && predict(mesh, pairs, fewer) < share / 2) {
+      auto second = solve(pairs, fewer);
+      if (second && exact)
+        return finish(kPairs, fewer, 1, second->radiosity, kSingleRounding * second->radiosity,
+                      std::move(second->f));
+      if (second && budget_.elapsed() - start + 4 * second->seconds < 1.5 * share) {
+        second->f.reset();
+        until = start + 2 * share;
+        if (auto best = solve(pairs, many))
           return finish(kPairs, many, 1, best->radiosity, (best->radiosity - second->radiosity) / 3,
                         std::move(best->f));
+      }
       if (budget_.interrupted()) return std::nullopt;
     }
 
@@ -255,10 +260,12 @@ class Comparer {
     FormFactorOptions settings = sampled.defaults;
     settings.seed = options_.seed + kOtherSeeds;
     settings.samples = kLeastRays;
+    const double rays_start = budget_.elapsed();
+    until = rays_start + 1.5 * share;
     if (!fits_memory(mesh, settings.samples)) return std::nullopt;
     auto first = solve(sampled, settings);
     while (first && settings.samples < kMostRays) {
-      const double left = share - (budget_.elapsed() - start);
+      const double left = share - (budget_.elapsed() - rays_start);
       Index more = 1;
       while (more < 16 && 2.0 * (2 * more) * first->seconds < left &&
              fits_memory(mesh, 2 * more * settings.samples) && more * settings.samples < kMostRays)
@@ -267,7 +274,7 @@ class Comparer {
       settings.samples *= more;
       first = solve(sampled, settings);
     }
-    if (!first || budget_.elapsed() + first->seconds > start + 1.5 * share) return std::nullopt;
+    if (!first || budget_.elapsed() + first->seconds > until) return std::nullopt;
     ++settings.seed;
     const auto second = solve(sampled, settings);
     if (!second) return std::nullopt;
@@ -451,7 +458,7 @@ class Comparer {
   void run_one(const FormFactorMethodInfo& info, TradeRun& run) {
     const Mesh& mesh = *meshes_[run.mesh];
     const double left = budget_.left();
-    if (!budget_.go_on(budget_.elapsed() + left) || run.predicted_s > left) {
+    if (!budget_.go_on(budget_.elapsed() + left) || kSafety * run.predicted_s > left) {
       run.left_out = budget_.interrupted()
                          ? std::string("interrupted")
                          : fmt::format("would take about {:.2g} s; {:.2g} s of the budget were left",
