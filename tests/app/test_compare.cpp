@@ -126,6 +126,16 @@ TEST_F(Compare, RefusesADirectoryThatHoldsOtherFilesAndReplacesItsOwn) {
   EXPECT_NE(read("out/index.html"), "old");
 }
 
+TEST_F(Compare, MarksWhatWasInterrupted) {
+  write_cube();
+  const Outcome result = run({"compare", "cube.toml", "-o", "out", "--budget", "20"}, "patches");
+  EXPECT_EQ(result.status, 3);
+  EXPECT_EQ(result.err, "");
+  if (files().count("out/trade.json") == 1) {
+    EXPECT_FALSE(nlohmann::json::parse(read("out/trade.json"))["completed"]);
+  }
+}
+
 TEST_F(Compare, RefusesWhatCannotBeWrittenOrCompared) {
   write_cube();
   write("file", "");

@@ -131,11 +131,12 @@ Measured measured(const Comparison& comparison);
 /// Runs every method at its ladder of settings, on meshes of four, two, one and half times the patch size, and every solver at
 /// tolerances 1e-1 … 1e-8, and measures how far they are off.
 ///
-/// References: the user's patches, and patches of a quarter (or half) the size averaged over the coarser ones, each by the
-/// analytic method with 16 times the default number of points where a quarter of the budget allows it, and otherwise by twice as
-/// many rays as it allows: two solutions of different seeds, averaged. Their own noise is half their difference; of the
-/// points, whose error falls as 1/N, a third of the difference to a quarter as many. A rung that has more than a tenth of the
-/// rays or points of the reference is left out, as are rungs that would not end within the budget, the cheapest first.
+/// References: the user's patches, and patches of a quarter (or half) the size averaged over the coarser ones. Each is solved by the
+/// analytic method with 16 times the default number of points (4 times where no patch hides another, as they change nothing
+/// there) if that takes about a quarter of the budget at most, and otherwise with as many rays as that allows: two solutions
+/// of different seeds, averaged. Their own noise is measured: half their difference; of the points, whose error falls as 1/N,
+/// a third of the difference to a quarter as many. A rung that has more than a tenth of the rays or points of a reference is left
+/// out, and so are those that would not end within the budget; the cheapest run first.
 ///
 /// The finer reference has patches, too: with an error C h^p of patches of size h and a reference of size h/k,
 ///   e(h) = C h^p (1 − k^−p),  e(2h) = C h^p (2^p − k^−p),
