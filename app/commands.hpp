@@ -13,5 +13,6 @@ int run_factors(const Options& options);
 int run_inspect(const Options& options);
 int run_view(const Options& options);
 int run_probe(const Options& options);
+int run_compare(const Options& options);
 
 }  // namespace radiosity::app

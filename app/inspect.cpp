@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "commands.hpp"
+#include "radiosity/formfactors/estimate_seconds.hpp"
 #include "radiosity/formfactors/visibility.hpp"
 #include "radiosity/io/output.hpp"
 #include "stages.hpp"
@@ -45,23 +46,6 @@ void print_materials(const Console& console, const Scene& scene) {
   }
 }
 
-/// Seconds for all rows of F, extrapolated from a few that are spread over the mesh, at even shares of the
-/// work per thread.
-double estimate_seconds(const FormFactorMethod& method, Index patches, int threads) {
-  constexpr Index kRows = 32;
-  constexpr double kPatience = 2;  // s
-  const Index stride = std::max<Index>(1, patches / kRows);
-  const FormFactorMethod::Sink ignore = [](Index, std::span<const Index>, std::span<const double>, double) {};
-  Stopwatch watch;
-  double seconds = 0;
-  Index rows = 0;
-  for (Index i = stride / 2; i < patches && seconds < kPatience && !interrupted(); i += stride, ++rows) {
-    method.rows(i, i + 1, method.reciprocal(), ignore);
-    seconds += watch.lap();
-  }
-  return rows == 0 ? 0 : seconds / rows * patches / threads;
-}
-
 }  // namespace
 
 int run_inspect(const Options& options) {
@@ -94,9 +78,8 @@ int run_inspect(const Options& options) {
     method_options.resolution = settings.resolution.value_or(0);
     method_options.seed = settings.seed.value_or(method_options.seed);
     const auto method = info.make(visibility, method_options);
-    job.console.line("", "{:<12} about {}, {}{}", info.name,
-                     seconds_text(estimate_seconds(*method, n, threads)), settings_text(*method),
-                     info.name == automatic ? "; what auto would choose" : "");
+    job.console.line("", "{:<12} about {}, {}{}", info.name, seconds_text(estimate_seconds(*method, n)),
+                     settings_text(*method), info.name == automatic ? "; what auto would choose" : "");
   }
   job.report.converged = true;
   job.stage.lap();  // the estimates are no writing

@@ -36,6 +36,7 @@ int run(const Options& options) {
   if (options.command == "factors") return run_factors(options);
   if (options.command == "inspect") return run_inspect(options);
   if (options.command == "probe") return run_probe(options);
+  if (options.command == "compare") return run_compare(options);
   return run_view(options);
 }
 

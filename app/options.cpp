@@ -165,6 +165,7 @@ class Parser {
     add_inspect();
     add_view();
     add_probe();
+    add_compare();
   }
 
   /// False when help or version was printed.
@@ -268,11 +269,15 @@ class Parser {
             "--no-closure", [this] { options_.close = false; },
             "Leave the rows as the method made them: restore neither\nreciprocity nor closure")
         ->group(group);
+    add_memory_limit(command);
+  }
+
+  void add_memory_limit(CLI::App* command) {
     add_checked(command->add_option("--memory-limit", options_.memory_limit_gb,
                                     "Most memory that the form factors may take, in GB (10^9\n"
                                     "bytes). Default: the memory of this machine"),
                 "GB", positive)
-        ->group(group);
+        ->group("Form factors");
   }
 
   void add_solver(CLI::App* command) {
@@ -448,6 +453,28 @@ class Parser {
         "the rest by rays. The standard error is that of the rays; the solution's own error comes on top.");
   }
 
+  void add_compare() {
+    CLI::App* command = add_command("compare", "Measure the speed and accuracy of every method and solver",
+                                    "A mesh or a scene file (.toml)");
+    add_output(command, "DIR",
+               "Receives trade.csv, trade.json and index.html; made where it\n"
+               "does not exist, otherwise empty or of an earlier comparison\n(required)");
+    add_checked(command->add_option("--budget", options_.budget_s,
+                                    fmt::format("Time for all of it, in s. What does not fit is left out\n"
+                                                "and listed. Default: {}",
+                                                options_.budget_s)),
+                "SECONDS", positive)
+        ->group("General");
+    add_patches(command);
+    add_seed(command, "Form factors");
+    add_memory_limit(command);
+    add_general(command);
+    command->footer(
+        "Every method at a ladder of settings on coarser and finer patches, and every solver at tolerances "
+        "from\n"
+        "0.1 to 1e-8, against a reference whose own error is measured. Open DIR/index.html in a browser.");
+  }
+
   std::vector<std::string> commands() const {
     std::vector<std::string> result;
     for (const CLI::App* command : app_.get_subcommands([](const CLI::App*) { return true; }))
@@ -518,25 +545,22 @@ class Parser {
                 "radiosity"};
 };
 
-// Quoted where the shell would need it.
 std::string command_line(int argc, char** argv) {
   std::string line = "radiosity";
-  for (int i = 1; i < argc; ++i) {
-    const std::string argument = argv[i];
-    const bool plain =
-        !argument.empty() && argument.find_first_of(" \t\n'\"\\$&|;<>()*?[]#~`!{}") == std::string::npos;
-    if (plain) {
-      line += " " + argument;
-      continue;
-    }
-    line += " '";
-    for (const char c : argument) line += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    line += "'";
-  }
+  for (int i = 1; i < argc; ++i) line += " " + shell_quoted(argv[i]);
   return line;
 }
 
 }  // namespace
+
+std::string shell_quoted(const std::string& argument) {
+  const bool plain =
+      !argument.empty() && argument.find_first_of(" \t\n'\"\\$&|;<>()*?[]#~`!{}") == std::string::npos;
+  if (plain) return argument;
+  std::string quoted = "'";
+  for (const char c : argument) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
 
 std::string_view nearest(std::string_view word, std::span<const std::string> candidates) {
   const auto distance = [&](const std::string& candidate) {

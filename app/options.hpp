@@ -23,7 +23,7 @@ class UsageError : public std::runtime_error {
 
 /// The command line as values. Where a flag was not given its optional is empty or its path is.
 struct Options {
-  std::string command;       ///< solve | factors | inspect | view | probe
+  std::string command;       ///< solve | factors | inspect | view | probe | compare
   std::string command_line;  ///< as it could be typed again
   std::filesystem::path scene, output, report_file, series_file, points_file;
   SceneSettings flags;  ///< what overrides the scene file; `camera` is not used
@@ -33,6 +33,7 @@ struct Options {
   double accuracy = 0;         ///< largest error that is wanted, %; 0: settings are chosen by hand
   double time_limit = 0;       ///< s; 0: none
   bool estimate_error = true;  ///< solve cheaper problems too, to tell how far the result is off
+  double budget_s = 120;       ///< of compare
   double memory_limit_gb = 0;  ///< of F, 1e9 bytes; 0: the memory of this machine
 
   struct View {
@@ -46,6 +47,9 @@ struct Options {
 
 /// Nothing when --help or --version was asked for and printed. Throws UsageError.
 std::optional<Options> parse_command_line(int argc, char** argv);
+
+/// An argument as it would be typed in a shell: between quotes where it needs them.
+std::string shell_quoted(const std::string& argument);
 
 /// The candidate that begins with `word`, or else that with the smallest edit distance (insertions, deletions,
 /// substitutions) to it; the first of equals.

@@ -55,15 +55,6 @@ std::size_t machine_memory() {
   return static_cast<std::size_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
 }
 
-AssemblyOptions assembly_options(const Options& options) {
-  AssemblyOptions assembly;
-  assembly.close = options.close;
-  assembly.memory_limit_bytes = options.memory_limit_gb > 0
-                                    ? static_cast<std::size_t>(1e9 * options.memory_limit_gb)
-                                    : machine_memory();
-  return assembly;
-}
-
 Solution nothing_exchanged(const PatchMesh& mesh, const RadiositySystem& system) {
   Solution solution;
   solution.radiosity = system.emission();
@@ -105,6 +96,15 @@ void check_outputs(const Options& options, const std::string& extension) {
         fmt::format("{}: is the scene itself; -o must name another file", options.output.string()));
   if (!options.report_file.empty()) require_writable(options.report_file, ".json");
   if (!options.series_file.empty()) require_writable(options.series_file, ".pvd");
+}
+
+AssemblyOptions assembly_options(const Options& options) {
+  AssemblyOptions assembly;
+  assembly.close = options.close;
+  assembly.memory_limit_bytes = options.memory_limit_gb > 0
+                                    ? static_cast<std::size_t>(1e9 * options.memory_limit_gb)
+                                    : machine_memory();
+  return assembly;
 }
 
 LoadedScene read_stage(Job& job, const std::filesystem::path& file, MissingMaterials missing) {

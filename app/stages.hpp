@@ -33,6 +33,9 @@ struct Job {
 /// Refuses an output that could not be written, before any work is done for it.
 void check_outputs(const Options& options, const std::string& extension);
 
+/// Memory and closure, as the options say.
+AssemblyOptions assembly_options(const Options& options);
+
 LoadedScene read_stage(Job& job, const std::filesystem::path& file,
                        MissingMaterials missing = MissingMaterials::refuse);
 

@@ -148,6 +148,29 @@ class Pinhole {
   Vec3 position_, forward_, right_, up_;
 };
 
+/// The image of what `ray_colour` sees in each direction, `samples`² rays a pixel; encoded values are averaged.
+template <class RayColour>
+Image trace(const Pinhole& pinhole, int width, int height, int samples, const RayColour& ray_colour) {
+  if (width < 1 || height < 1 || samples < 1)
+    throw InputError(fmt::format("image of {} x {} pixels with {} x {} samples: all must be at least 1",
+                                 width, height, samples, samples));
+  Image image{width, height,
+              std::vector<std::array<std::uint8_t, 3>>(static_cast<std::size_t>(width) *
+                                                       static_cast<std::size_t>(height))};
+  tbb::parallel_for(0, height, [&](int y) {
+    for (int x = 0; x < width; ++x) {
+      Rgb sum = Rgb::Zero();
+      for (int sy = 0; sy < samples; ++sy)
+        for (int sx = 0; sx < samples; ++sx)
+          sum += ray_colour(
+              pinhole.direction((x + (sx + 0.5) / samples) / width, (y + (sy + 0.5) / samples) / height));
+      image.pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                   static_cast<std::size_t>(x)] = bytes(sum / (samples * samples));
+    }
+  });
+  return image;
+}
+
 }  // namespace
 
 double automatic_exposure(const PatchMesh& mesh, const BandArray& patch_radiosity) {
@@ -188,34 +211,30 @@ Image render(const Visibility& visibility, const BandArray& vertex_radiosity, co
   if (vertex_radiosity.rows() != mesh.vertex_count())
     throw InputError(fmt::format("vertex radiosity has {} rows, but the mesh has {} vertices",
                                  vertex_radiosity.rows(), mesh.vertex_count()));
-  if (width < 1 || height < 1 || samples < 1)
-    throw InputError(fmt::format("image of {} x {} pixels with {} x {} samples: all must be at least 1",
-                                 width, height, samples, samples));
   const Pinhole pinhole(camera, width, height);
   const Interpolation interpolation(mesh, vertex_radiosity);
-  const auto ray_colour = [&](double u, double v) -> Rgb {
-    const Vec3 direction = pinhole.direction(u, v);
+  return trace(pinhole, width, height, samples, [&](const Vec3& direction) -> Rgb {
     const auto hit = visibility.first_hit(pinhole.position(), direction);
     if (hit.patch < 0 || !hit.front) return Rgb::Zero();
     // In double precision: first_hit's distance is single.
     const Vec3& normal = mesh.normal(hit.patch);
     const double distance = normal.dot(mesh.centroid(hit.patch) - pinhole.position()) / normal.dot(direction);
     return display(interpolation.at(hit.patch, pinhole.position() + distance * direction), exposure);
-  };
-  Image image{width, height,
-              std::vector<std::array<std::uint8_t, 3>>(static_cast<std::size_t>(width) *
-                                                       static_cast<std::size_t>(height))};
-  tbb::parallel_for(0, height, [&](int y) {
-    for (int x = 0; x < width; ++x) {
-      Rgb sum = Rgb::Zero();
-      for (int sy = 0; sy < samples; ++sy)
-        for (int sx = 0; sx < samples; ++sx)
-          sum += ray_colour((x + (sx + 0.5) / samples) / width, (y + (sy + 0.5) / samples) / height);
-      image.pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
-                   static_cast<std::size_t>(x)] = bytes(sum / (samples * samples));
-    }
   });
-  return image;
+}
+
+Image paint(const Visibility& visibility, const std::vector<std::array<std::uint8_t, 3>>& patch_colours,
+            const Camera& camera, int width, int height, int samples) {
+  if (patch_colours.size() != static_cast<std::size_t>(visibility.mesh().patch_count()))
+    throw InputError(
+        fmt::format("{} colours for {} patches", patch_colours.size(), visibility.mesh().patch_count()));
+  const Pinhole pinhole(camera, width, height);
+  return trace(pinhole, width, height, samples, [&](const Vec3& direction) -> Rgb {
+    const auto hit = visibility.first_hit(pinhole.position(), direction);
+    if (hit.patch < 0 || !hit.front) return Rgb::Ones();
+    const auto& colour = patch_colours[static_cast<std::size_t>(hit.patch)];
+    return Rgb(colour[0], colour[1], colour[2]) / 255;
+  });
 }
 
 Camera automatic_camera(const PatchMesh& mesh) {
@@ -266,7 +285,7 @@ Camera automatic_camera(const PatchMesh& mesh) {
   return camera;
 }
 
-void write_png(const std::filesystem::path& file, const Image& image) {
+std::string encode_png(const Image& image) {
   const auto row_bytes = static_cast<std::size_t>(image.width);
   if (image.width < 1 || image.height < 1 ||
       image.pixels.size() != row_bytes * static_cast<std::size_t>(image.height))
@@ -286,14 +305,14 @@ void write_png(const std::filesystem::path& file, const Image& image) {
   writer->WriteToMemoryOn();
   writer->SetInputData(data);
   writer->Write();
-  if (!errors->first().empty()) throw IoError(fmt::format("{}: {}", file.string(), errors->first()));
+  if (!errors->first().empty()) throw IoError(fmt::format("PNG: {}", errors->first()));
   vtkUnsignedCharArray* const bytes = writer->GetResult();
-  write_atomically(file, [&](const std::filesystem::path& temporary) {
-    std::ofstream stream(temporary, std::ios::binary);
-    stream.write(reinterpret_cast<const char*>(bytes->GetPointer(0)), bytes->GetNumberOfValues());
-    stream.close();
-    if (!stream) throw IoError("the disk is full or the file cannot be opened");
-  });
+  return {reinterpret_cast<const char*>(bytes->GetPointer(0)),
+          static_cast<std::size_t>(bytes->GetNumberOfValues())};
+}
+
+void write_png(const std::filesystem::path& file, const Image& image) {
+  write_file(file, encode_png(image));
 }
 
 }  // namespace radiosity

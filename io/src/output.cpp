@@ -71,4 +71,13 @@ void write_atomically(const fs::path& file, const std::function<void(const fs::p
   }
 }
 
+void write_file(const fs::path& file, std::string_view content) {
+  write_atomically(file, [&](const fs::path& temporary) {
+    std::ofstream stream(temporary, std::ios::binary);
+    stream.write(content.data(), static_cast<std::streamsize>(content.size()));
+    stream.close();
+    if (!stream) throw IoError("the disk is full or the file cannot be opened");
+  });
+}
+
 }  // namespace radiosity

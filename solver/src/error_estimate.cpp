@@ -168,8 +168,16 @@ BandArray restrict_to(const PatchMesh& coarse, const PatchMesh& fine, const Band
       if (list.empty() || list.back() != places.size() - 1) list.push_back(places.size() - 1);
     }
   }
-  // Borders of the two meshes need not coincide: each triangle is spread over the centroids of its 16 quarters of quarters.
-  constexpr int kSide = 4;
+  // Borders of the two meshes need not coincide: a triangle that crosses one is spread over the centroids of its 64 pieces. Values
+  // are linear there, between means at the vertices, shifted to keep the mean of the patch: a patch on both sides of a border
+  // that gave both the same would hide a part of the gradient, as large as what the size of patches does.
+  constexpr int kSide = 8;
+  BandArray at_vertices = BandArray::Zero(fine.vertex_count(), values.cols());
+  for (Index v = 0; v < fine.vertex_count(); ++v) {
+    const auto round = fine.vertex_patches(v);
+    for (const Index i : round) at_vertices.row(v) += values.row(i) / static_cast<double>(round.size());
+  }
+  using Row = Eigen::Array<double, 1, Eigen::Dynamic>;
   BandArray sums = BandArray::Zero(coarse.patch_count(), values.cols());
   Eigen::ArrayXd areas = Eigen::ArrayXd::Zero(coarse.patch_count());
   if (parent != nullptr) parent->assign(static_cast<std::size_t>(fine.patch_count()), -1);
@@ -190,16 +198,31 @@ BandArray restrict_to(const PatchMesh& coarse, const PatchMesh& fine, const Band
     if (best == nullptr) continue;
     const auto place = [&](const Vec3& x) { return best->locator.at(best->locator.flat(x)); };
     if (parent != nullptr) (*parent)[static_cast<std::size_t>(i)] = place(fine.centroid(i));
+    Row shift = values.row(i);
+    for (const auto& t : fine.triangles(i)) {
+      const double area =
+          (fine.vertex(t[1]) - fine.vertex(t[0])).cross(fine.vertex(t[2]) - fine.vertex(t[0])).norm() / 2;
+      for (const Index v : t) shift -= area / (3 * fine.area(i)) * at_vertices.row(v);
+    }
     for (const auto& t : fine.triangles(i)) {
       const Vec3& corner = fine.vertex(t[0]);
       const Vec3 e1 = (fine.vertex(t[1]) - corner) / kSide;
       const Vec3 e2 = (fine.vertex(t[2]) - corner) / kSide;
       const double share = e1.cross(e2).norm() / 2;
-      const auto add = [&](double u, double v) {
-        const Index j = place(corner + u * e1 + v * e2);
-        sums.row(j) += share * values.row(i);
-        areas[j] += share;
+      const auto at = [&](double u, double v) { return place(corner + u * e1 + v * e2); };
+      const auto add_to = [&](Index j, double area, double u, double v) {
+        sums.row(j) += area * (shift + (kSide - u - v) / kSide * at_vertices.row(t[0]) +
+                               u / kSide * at_vertices.row(t[1]) + v / kSide * at_vertices.row(t[2]));
+        areas[j] += area;
       };
+      // Patches are convex: one that holds the corners holds the triangle. Just inside of them, because a corner may lie on a border.
+      constexpr double kNear = 0.01, kFar = kSide - 2 * kNear;
+      const Index whole = at(kNear, kNear);
+      if (whole == at(kFar, kNear) && whole == at(kNear, kFar)) {
+        add_to(whole, kSide * kSide * share, kSide / 3.0, kSide / 3.0);
+        continue;
+      }
+      const auto add = [&](double u, double v) { add_to(at(u, v), share, u, v); };
       for (int a = 0; a < kSide; ++a) {
         for (int b = 0; a + b < kSide; ++b) {
           add(a + 1.0 / 3, b + 1.0 / 3);

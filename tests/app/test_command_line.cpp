@@ -35,7 +35,7 @@ TEST_F(CommandLine, PrintsItsVersion) {
 TEST_F(CommandLine, HelpListsEveryCommand) {
   const Outcome result = run({"--help"});
   EXPECT_EQ(result.status, 0);
-  for (const char* command : {"solve", "factors", "inspect", "view", "probe", "--version"})
+  for (const char* command : {"solve", "factors", "inspect", "view", "probe", "compare", "--version"})
     EXPECT_THAT(result.out, HasSubstr(command));
 }
 
@@ -53,7 +53,9 @@ TEST_F(CommandLine, HelpOfEachCommandListsEveryOption) {
       {"view",
        {"--output", "--scene", "--position", "--target", "--up", "--fov-deg", "--width", "--height",
         "--exposure", "--threads", "--quiet"}},
-      {"probe", {"--output", "--points", "--samples", "--seed", "--threads", "--quiet"}}};
+      {"probe", {"--output", "--points", "--samples", "--seed", "--threads", "--quiet"}},
+      {"compare",
+       {"--output", "--budget", "--patch-size", "--seed", "--memory-limit", "--threads", "--quiet"}}};
   for (const auto& [command, options] : commands) {
     const Outcome result = run({command, "--help"});
     EXPECT_EQ(result.status, 0);
@@ -104,7 +106,7 @@ TEST_F(CommandLine, NamesTheNearestMethodAndSolverToAnUnknownOne) {
 }
 
 TEST_F(CommandLine, AsksForWhatIsMissing) {
-  expect_usage_error({}, "solve, factors, inspect, view, probe");
+  expect_usage_error({}, "solve, factors, inspect, view, probe, compare");
   expect_usage_error({"solve"}, "SCENE");
   expect_usage_error({"solve", "a.obj"}, "--output");
   expect_usage_error({"solve", "a.obj", "-o"}, "--output");

@@ -289,6 +289,46 @@ Scene two_furnished_rooms() {
   return scene.build();
 }
 
+Scene office_floor() {
+  SceneBuilder scene(
+      {grey("walls", 0.7, 0), grey("floor", 0.3, 0), grey("furniture", 0.5, 0), grey("lamp", 0.0, 100)});
+  constexpr double width = 4, depth = 5, height = 3, half_wall = 0.05, corridor = 2;
+  constexpr int rooms = 6;
+  constexpr double far = 2 * depth + 4 * half_wall + corridor;
+  scene.box({0, 0, 0}, {rooms * width, far, height}, 0, Facing::inward);
+  for (const bool across : {false, true}) {
+    // Measured from the outer wall; the rooms across are the mirror image.
+    const auto box = [&](const Vec3& lower, const Vec3& upper, Index material) {
+      const double y0 = across ? far - upper.y() : lower.y(), y1 = across ? far - lower.y() : upper.y();
+      scene.box({lower.x(), y0, lower.z()}, {upper.x(), y1, upper.z()}, material, Facing::outward);
+    };
+    for (int k = 0; k < rooms; ++k) {
+      const double x = k * width;
+      if (k > 0) box({x - half_wall, 0, 0}, {x + half_wall, depth, height}, 0);
+      // To the corridor, with a door of 0.9 m by 2.1 m.
+      box({x, depth, 0}, {x + 1.5, depth + 2 * half_wall, height}, 0);
+      box({x + 1.5, depth, 2.1}, {x + 2.4, depth + 2 * half_wall, height}, 0);
+      box({x + 2.4, depth, 0}, {x + width, depth + 2 * half_wall, height}, 0);
+      box({x + 1, 0.8, 0.7}, {x + 2.6, 1.6, 0.74}, 2);    // desk
+      box({x + 3.1, 3.4, 0}, {x + 3.7, 4.6, 1.8}, 2);     // cupboard
+      box({x + 1.5, 1.9, 2.85}, {x + 2.5, 2.5, 2.9}, 3);  // lamp
+    }
+  }
+  return scene.build();
+}
+
+Scene cube_with_box() {
+  SceneBuilder scene({grey("walls", 0.5, 0), grey("box", 0.5, 0), grey("ceiling", 0.5, 1)});
+  scene.quad({{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}}, 0);
+  scene.quad({{{0, 0, 1}, {0, 1, 1}, {1, 1, 1}, {1, 0, 1}}}, 2);
+  scene.quad({{{0, 0, 0}, {0, 1, 0}, {0, 1, 1}, {0, 0, 1}}}, 0);
+  scene.quad({{{1, 0, 0}, {1, 0, 1}, {1, 1, 1}, {1, 1, 0}}}, 0);
+  scene.quad({{{0, 0, 0}, {0, 0, 1}, {1, 0, 1}, {1, 0, 0}}}, 0);
+  scene.quad({{{0, 1, 0}, {1, 1, 0}, {1, 1, 1}, {0, 1, 1}}}, 0);
+  scene.box({0.25, 0.25, 0.25}, {0.75, 0.75, 0.75}, 1, Facing::outward);
+  return scene.build();
+}
+
 Scene closed_cornell_box() {
   const auto colour = [](const char* name, double red, double green, double blue) {
     Material material = grey(name, 0, 0);

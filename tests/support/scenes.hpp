@@ -90,6 +90,13 @@ Scene box_on_floor();
 /// that shines from all its sides, 1 m² of it downwards.
 Scene two_furnished_rooms();
 
+/// An office floor of 24 × 12.2 × 3 m, closed: six rooms of 4 × 5 m on either side of a corridor, a door, a desk, a cupboard and
+/// a lamp of 0.6 m² in each; the corridor has no lamp.
+Scene office_floor();
+
+/// A cube of side 1, its ceiling the lamp, with a box [0.25, 0.75]³ in the middle.
+Scene cube_with_box();
+
 /// A Cornell box of side 0.55 m with a front wall, so that it is closed: red and green side walls, two turned blocks on the
 /// floor, a lamp of 0.13 × 0.11 m flush with the ceiling; three bands. z is up.
 Scene closed_cornell_box();

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "radiosity/io/camera.hpp"
@@ -38,9 +39,16 @@ struct Image {
 Image render(const Visibility& visibility, const BandArray& vertex_radiosity, const Camera& camera, int width,
              int height, double exposure, int samples = 3);
 
+/// The same view with one colour for each patch, white where there is none.
+Image paint(const Visibility& visibility, const std::vector<std::array<std::uint8_t, 3>>& patch_colours,
+            const Camera& camera, int width, int height, int samples = 3);
+
 /// A camera that has the whole mesh in view, looking in at an open side where there is one; see
 /// docs/formats.md.
 Camera automatic_camera(const PatchMesh& mesh);
+
+/// The bytes of a .png file.
+std::string encode_png(const Image& image);
 
 void write_png(const std::filesystem::path& file, const Image& image);
 

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <string_view>
 
 namespace radiosity {
 
@@ -17,5 +18,8 @@ void require_writable(const std::filesystem::path& file, const std::string& exte
 /// that fails.
 void write_atomically(const std::filesystem::path& file,
                       const std::function<void(const std::filesystem::path& temporary)>& write);
+
+/// The same for content that is in memory.
+void write_file(const std::filesystem::path& file, std::string_view content);
 
 }  // namespace radiosity

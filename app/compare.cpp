@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "radiosity/solver/compare.hpp"
+
+#include "commands.hpp"
+#include "radiosity/io/comparison.hpp"
+#include "stages.hpp"
+
+namespace radiosity::app {
+
+int run_compare(const Options& options) {
+  Job job(options);
+  require_comparison_directory(options.output);
+  const LoadedScene loaded = read_stage(job, options.scene);
+  const SceneSettings settings = override_settings(loaded.settings, options.flags);
+  require_emission(loaded.scene, options.scene);
+  patch_stage(job, loaded.scene, settings);  // to tell what is compared
+
+  CompareOptions compare_options;
+  compare_options.budget_s = options.budget_s;
+  compare_options.seed = settings.seed.value_or(compare_options.seed);
+  compare_options.memory_limit_bytes = assembly_options(options).memory_limit_bytes;
+  const Comparison comparison = [&] {
+    ProgressBar bar(job.console, "comparing");
+    compare_options.progress = [&](double fraction) { return bar(fraction); };
+    return compare(loaded.scene, settings.patches.value_or(PatchOptions{}), compare_options);
+  }();
+  job.report.converged = comparison.completed;
+  job.report.seconds.solve = job.stage.lap();
+  if (comparison.runs.empty()) {
+    job.console.line("compared", "interrupted before there was a reference; nothing is written");
+    return kNotConverged;
+  }
+  const ComparisonOrigin origin{RADIOSITY_VERSION, options.command_line, shell_quoted(options.scene.string()),
+                                settings.camera, options.threads};
+  const TradeReference& reference = comparison.finer ? *comparison.finer : comparison.factors;
+  job.console.line("reference", "{} with {} samples on {} patches; errs by {:.2g} % itself", reference.method,
+                   reference.settings.samples, reference.patches, 100 * reference.own_error());
+  for (const std::string& note : comparison.notes) job.console.line("note", "{}", note);
+  for (const Advice& line : advice(comparison))
+    job.console.line("for", "{}", advice_text(comparison, line, origin));
+  Outputs outputs(job);
+  job.stage.lap();
+  for (const auto& file : write_comparison(options.output, comparison, origin)) outputs.written(file);
+  outputs.finish();
+  return comparison.completed ? kDone : kNotConverged;
+}
+
+}  // namespace radiosity::app

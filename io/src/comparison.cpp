@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "radiosity/io/comparison.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+#include <system_error>
+
+#include "comparison_page.hpp"
+#include "gnuplot.hpp"
+#include "radiosity/io/output.hpp"
+#include "radiosity/meshing/error.hpp"
+
+namespace radiosity {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr std::array<const char*, 3> kFiles{"trade.csv", "trade.json", "index.html"};
+constexpr std::array kAccuracies{0.05, 0.02, 0.01, 0.005};
+
+// A field of a CSV line (RFC 4180).
+std::string quoted(const std::string& text) {
+  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
+  std::string out = "\"";
+  for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return out + '"';
+}
+
+std::string number(const std::optional<double>& value) {
+  return value ? fmt::format("{}", *value) : std::string();
+}
+
+std::string csv(const Comparison& comparison) {
+  std::string out =
+      "kind,name,samples,resolution,seed,patch_size_m,patches,tolerance,products,seconds,bytes,rays,residual,"
+      "error_factors,largest_factors,error_total,largest_total,error_at_most,pareto,left_out\n";
+  const auto rms = [](const std::optional<RelativeError>& error) {
+    return error ? std::optional(error->rms) : std::nullopt;
+  };
+  const auto largest = [](const std::optional<RelativeError>& error) {
+    return error ? std::optional(error->largest) : std::nullopt;
+  };
+  const std::vector<std::size_t> front = front_runs(comparison);
+  for (std::size_t r = 0; r < comparison.runs.size(); ++r) {
+    const TradeRun& run = comparison.runs[r];
+    const TradeMesh& mesh = comparison.meshes[run.mesh];
+    const bool ran = run.left_out.empty();
+    const bool best = std::find(front.begin(), front.end(), r) != front.end();
+    out += fmt::format("method,{},{},{},{},{},{},,,{},{},{},,{},{},{},{},{},{},{}\n", run.method,
+                       run.settings.samples,
+                       run.settings.resolution > 0 ? fmt::format("{}", run.settings.resolution) : "",
+                       run.settings.seed, mesh.size, mesh.patches, ran ? fmt::format("{}", run.seconds) : "",
+                       ran ? fmt::format("{}", run.bytes) : "", ran ? fmt::format("{}", run.rays) : "",
+                       number(rms(run.factors)), number(largest(run.factors)), number(rms(run.total)),
+                       number(largest(run.total)), number(error_at_most(comparison, run)),
+                       ran ? (best ? "1" : "0") : "", quoted(run.left_out));
+  }
+  const TradeMesh& own = comparison.meshes[comparison.own];
+  for (const SolverRun& run : comparison.solvers) {
+    const bool ran = run.seconds > 0;
+    out += fmt::format("solver,{},,,,{},{},{},{},{},,,{},{},,,,,,{}\n", run.solver, own.size, own.patches,
+                       run.tolerance, ran ? fmt::format("{}", run.products) : "",
+                       ran ? fmt::format("{}", run.seconds) : "", ran ? fmt::format("{}", run.residual) : "",
+                       ran ? fmt::format("{}", run.error) : "", quoted(run.left_out));
+  }
+  return out;
+}
+
+Json to_json(const TradeReference& reference) {
+  Json json = {{"method", reference.method},      {"samples", reference.settings.samples},
+               {"seed", reference.settings.seed}, {"solves", reference.solves},
+               {"patch_size_m", reference.size},  {"patches", reference.patches},
+               {"seconds", reference.seconds},    {"noise", reference.noise}};
+  if (reference.patch_error) {
+    json["patch_error"] = *reference.patch_error;
+    json["order"] = *reference.order;
+    json["order_assumed"] = reference.order_assumed;
+  }
+  return json;
+}
+
+Json to_json(const std::optional<RelativeError>& error) {
+  return error ? Json{{"rms", error->rms}, {"largest", error->largest}} : Json();
+}
+
+Json to_json(const Comparison& comparison, const ComparisonOrigin& origin) {
+  Json meshes = Json::array(), runs = Json::array(), solvers = Json::array(), advised = Json::array();
+  for (const TradeMesh& mesh : comparison.meshes)
+    meshes.push_back({{"patch_size_m", mesh.size},
+                      {"patches", mesh.patches},
+                      {"seconds", mesh.seconds},
+                      {"reference_noise", mesh.own_noise}});
+  const std::vector<std::size_t> front = front_runs(comparison);
+  for (std::size_t r = 0; r < comparison.runs.size(); ++r) {
+    const TradeRun& run = comparison.runs[r];
+    Json json = {{"method", run.method}, {"mesh", run.mesh}, {"samples", run.settings.samples}};
+    if (run.settings.resolution > 0) json["resolution"] = run.settings.resolution;
+    json["seed"] = run.settings.seed;
+    json["predicted_seconds"] = run.predicted_s;
+    if (!run.left_out.empty()) {
+      json["left_out"] = run.left_out;
+    } else {
+      json["seconds"] = run.seconds;
+      json["bytes"] = run.bytes;
+      json["rays"] = run.rays;
+      json["error_factors"] = to_json(run.factors);
+      json["error_total"] = to_json(run.total);
+      json["error_at_most"] = error_at_most(comparison, run).value_or(0);
+      json["pareto"] = std::find(front.begin(), front.end(), r) != front.end();
+    }
+    json["command"] = solve_command(comparison, run, origin);
+    runs.push_back(std::move(json));
+  }
+  for (const SolverRun& run : comparison.solvers) {
+    Json json = {{"solver", run.solver}, {"tolerance", run.tolerance}};
+    if (run.seconds > 0) {
+      json["products"] = run.products;
+      json["seconds"] = run.seconds;
+      json["residual"] = run.residual;
+      json["error"] = run.error;
+    }
+    if (!run.left_out.empty()) json["left_out"] = run.left_out;
+    solvers.push_back(std::move(json));
+  }
+  for (const Advice& line : advice(comparison)) {
+    Json json = {{"error", line.error}};
+    if (line.run) {
+      const TradeRun& run = comparison.runs[*line.run];
+      json["run"] = *line.run;
+      json["command"] = solve_command(comparison, run, origin);
+      json["seconds"] = run.seconds;
+      json["error_at_most"] = *error_at_most(comparison, run);
+    }
+    advised.push_back(std::move(json));
+  }
+  Json json = {{"version", origin.version},
+               {"command", origin.command},
+               {"scene", origin.scene},
+               {"completed", comparison.completed},
+               {"budget_s", comparison.budget_s},
+               {"seconds", comparison.seconds},
+               {"reference", to_json(comparison.factors)}};
+  if (comparison.finer) json["finer_reference"] = to_json(*comparison.finer);
+  json["own_mesh"] = comparison.own;
+  json["meshes"] = std::move(meshes);
+  json["runs"] = std::move(runs);
+  json["solvers"] = std::move(solvers);
+  json["advice"] = std::move(advised);
+  json["notes"] = comparison.notes;
+  return json;
+}
+
+}  // namespace
+
+std::vector<std::size_t> front_runs(const Comparison& comparison) {
+  const Measured all = measured(comparison);
+  std::vector<std::size_t> front;
+  for (const std::size_t k : pareto_front(all.by_seconds)) front.push_back(all.index[k]);
+  return front;
+}
+
+void require_comparison_directory(const fs::path& directory) {
+  gnuplot("");
+  std::error_code error;
+  if (!fs::exists(directory, error)) {
+    require_writable(directory.has_filename() ? directory : directory.parent_path(), "");
+    return;
+  }
+  if (!fs::is_directory(directory, error))
+    throw IoError(fmt::format("{}: is not a directory", directory.string()));
+  for (const auto& entry : fs::directory_iterator(directory)) {
+    const std::string name = entry.path().filename().string();
+    if (std::find(kFiles.begin(), kFiles.end(), name) == kFiles.end())
+      throw IoError(fmt::format(
+          "{}: holds '{}'; -o must name a new or an empty directory, or one of an earlier comparison",
+          directory.string(), name));
+  }
+  require_writable(directory / kFiles[0], "");
+}
+
+std::string solve_command(const Comparison& comparison, const TradeRun& run, const ComparisonOrigin& origin) {
+  const PatchOptions& patches = comparison.meshes[run.mesh].options;
+  std::string size = "auto";
+  if (const auto* given = std::get_if<PatchSize>(&patches)) size = fmt::format("{}", given->metres);
+  if (std::holds_alternative<KeepFaces>(patches)) size = "none";
+  std::string out = fmt::format("radiosity solve {} -o OUT.vtp --patch-size {} --method {} --samples {}",
+                                origin.scene, size, run.method, run.settings.samples);
+  if (run.settings.resolution > 0) out += fmt::format(" --resolution {}", run.settings.resolution);
+  if (run.settings.seed != FormFactorOptions{}.seed) out += fmt::format(" --seed {}", run.settings.seed);
+  if (origin.threads > 0) out += fmt::format(" --threads {}", origin.threads);
+  return out + " --no-error-estimate";
+}
+
+std::vector<Advice> advice(const Comparison& comparison) {
+  const Measured all = measured(comparison);
+  std::vector<Advice> out;
+  for (const double error : kAccuracies) {
+    const auto best = cheapest(all.by_seconds, error);
+    out.push_back({error, best ? std::optional(all.index[*best]) : std::nullopt});
+  }
+  return out;
+}
+
+std::string advice_text(const Comparison& comparison, const Advice& advice, const ComparisonOrigin& origin) {
+  if (!advice.run) return fmt::format("{} %: not reached by anything that was tried", 100 * advice.error);
+  const TradeRun& run = comparison.runs[*advice.run];
+  return fmt::format("{} %: {}  ({:.2g} s, at most {:.2g} %)", 100 * advice.error,
+                     solve_command(comparison, run, origin), run.seconds,
+                     100 * *error_at_most(comparison, run));
+}
+
+std::vector<fs::path> write_comparison(const fs::path& directory, const Comparison& comparison,
+                                       const ComparisonOrigin& origin) {
+  const std::string page = comparison_page(comparison, origin);  // before anything is written
+  std::error_code error;
+  fs::create_directory(directory, error);
+  if (error) throw IoError(fmt::format("{}: cannot be made: {}", directory.string(), error.message()));
+  write_file(directory / kFiles[0], csv(comparison));
+  // Names of files may hold bytes that are not UTF-8.
+  write_file(directory / kFiles[1],
+             to_json(comparison, origin).dump(2, ' ', false, Json::error_handler_t::replace) + '\n');
+  write_file(directory / kFiles[2], page);
+  std::vector<fs::path> files;
+  for (const char* name : kFiles) files.push_back(directory / name);
+  return files;
+}
+
+}  // namespace radiosity

@@ -1,0 +1,585 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "radiosity/solver/compare.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <numeric>
+
+#include "radiosity/formfactors/assemble.hpp"
+#include "radiosity/formfactors/estimate_seconds.hpp"
+#include "radiosity/meshing/error.hpp"
+#include "radiosity/solver/error_estimate.hpp"
+
+namespace radiosity {
+namespace {
+
+constexpr std::string_view kPairs = "analytic", kSampled = "hemisphere";
+constexpr double kSafety = 1.5;         // what a prediction from a few rows may fall short by
+constexpr double kFiner = 10;           // a reference has so many times the rays or points of what it judges
+constexpr double kShare = 0.25;         // of the budget for each of the two references
+constexpr double kSolverShare = 0.1;    // for the solvers
+constexpr double kWritingShare = 0.06;  // kept for whoever writes the results
+constexpr double kSingleRounding = 6e-8;  // F is stored in single precision
+constexpr Index kLeastRays = 256, kMostRays = 1 << 18;
+constexpr std::uint64_t kOtherSeeds = 1'000'003;  // references share no random numbers with what they judge
+
+double now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+class Budget {
+ public:
+  Budget(double seconds, const Progress& watcher) : seconds_(seconds), watcher_(watcher) {}
+
+  double elapsed() const { return now() - start_; }
+  double seconds() const { return seconds_; }
+  double left() const { return (1 - kWritingShare) * seconds_ - elapsed(); }
+  bool interrupted() const { return interrupted_; }
+  /// False when the work under way should stop: `until` (s since the start) is over, or somebody asked.
+  bool go_on(double until) {
+    if (watcher_ && !watcher_(std::min(1.0, elapsed() / seconds_))) interrupted_ = true;
+    return !interrupted_ && elapsed() < until;
+  }
+
+ private:
+  double start_ = now(), seconds_;
+  const Progress& watcher_;
+  bool interrupted_ = false;
+};
+
+struct Mesh {
+  TradeMesh facts;
+  Patches patches;
+  std::unique_ptr<Visibility> visibility;
+};
+
+// To three digits, as it will be typed.
+double rounded(double size) {
+  const double unit = std::pow(10.0, std::floor(std::log10(size)) - 2);
+  return std::stod(fmt::format("{:.6g}", std::round(size / unit) * unit));
+}
+
+// On the heap: the visibility keeps a reference to the mesh.
+std::unique_ptr<Mesh> make_mesh(const Scene& scene, const PatchOptions& options) {
+  const double start = now();
+  auto out = std::make_unique<Mesh>(Mesh{{}, make_patches(scene, options), {}});
+  const PatchMesh& mesh = out->patches.mesh;
+  out->visibility = std::make_unique<Visibility>(mesh);
+  TradeMesh& facts = out->facts;
+  facts.options = options;
+  facts.patches = mesh.patch_count();
+  facts.size = out->patches.patch_size;
+  if (!(facts.size > 0)) {
+    for (Index i = 0; i < mesh.patch_count(); ++i) {
+      const auto corners = mesh.corners(i);
+      for (std::size_t k = 0; k < corners.size(); ++k)
+        facts.size = std::max(
+            facts.size, (mesh.vertex(corners[k]) - mesh.vertex(corners[(k + 1) % corners.size()])).norm());
+    }
+  }
+  facts.seconds = now() - start;
+  return out;
+}
+
+struct Solved {
+  BandArray radiosity;
+  std::optional<FormFactorMatrix> f;
+  double seconds = 0;
+  std::uint64_t rays = 0;
+  std::string failure;  // of the solver
+};
+
+// Nothing where the budget stopped it.
+std::optional<Solved> solve_on(const Mesh& mesh, const FormFactorMethodInfo& info,
+                               const FormFactorOptions& settings, double tolerance, std::size_t memory,
+                               Budget& budget, double until) {
+  const double start = now();
+  const auto method = info.make(*mesh.visibility, settings);
+  AssemblyOptions assembly;
+  assembly.memory_limit_bytes = memory;
+  assembly.progress = [&](double) { return budget.go_on(until); };
+  AssemblyReport report;
+  Solved out;
+  out.f.emplace(assemble(*method, *mesh.visibility, assembly, &report));
+  if (!report.completed) return std::nullopt;
+  SolverOptions options;
+  options.tolerance = tolerance;
+  auto result =
+      find_solver("conjugate-gradient").make()->solve(RadiositySystem(*out.f, mesh.patches.mesh), options);
+  if (result.report.status != SolveStatus::converged) out.failure = result.report.message;
+  out.radiosity = std::move(result.radiosity);
+  out.seconds = now() - start;
+  out.rays = report.rays;
+  return out;
+}
+
+double relative_rms(const PatchMesh& mesh, const BandArray& error, const BandArray& reflected) {
+  double worst = 0;
+  for (Index b = 0; b < error.cols(); ++b) {
+    double above = 0, below = 0;
+    for (Index i = 0; i < mesh.patch_count(); ++i) {
+      if (std::isnan(error(i, b)) || std::isnan(reflected(i, b))) continue;
+      above += mesh.area(i) * error(i, b) * error(i, b);
+      below += mesh.area(i) * reflected(i, b) * reflected(i, b);
+    }
+    if (below > 0) worst = std::max(worst, std::sqrt(above / below));
+  }
+  return worst;
+}
+
+// Area-weighted mean, rows that are not a number left out.
+double mean(const PatchMesh& mesh, const Eigen::ArrayXd& values) {
+  const Eigen::ArrayXd known = values.isNaN().select(0.0, mesh.areas());
+  return (known * values.isNaN().select(0.0, values)).sum() / known.sum();
+}
+
+Eigen::ArrayXd where_wrong(const PatchMesh& mesh, const BandArray& radiosity, const BandArray& reference) {
+  Eigen::ArrayXd out = Eigen::ArrayXd::Zero(mesh.patch_count());
+  const BandArray emission = mesh.emission();
+  for (Index b = 0; b < radiosity.cols(); ++b) {
+    const double scale = mean(mesh, reference.col(b) - emission.col(b));
+    const Eigen::ArrayXd error = (radiosity.col(b) - reference.col(b)).abs();
+    if (scale > 0) out = out.max(error.isNaN().select(0.0, error) / scale);
+  }
+  return out;
+}
+
+struct ReferenceSolution {
+  TradeReference facts;
+  BandArray radiosity, noise;  // n × bands
+  std::optional<FormFactorMatrix> f;
+};
+
+class Comparer {
+ public:
+  Comparer(const Scene& scene, const CompareOptions& options)
+      : scene_(merge_equal_bands(scene)), options_(options), budget_(options.budget_s, options.progress) {}
+
+  Comparison run(const PatchOptions& patches) {
+    out_.budget_s = options_.budget_s;
+    auto own = make_mesh(scene_, patches);
+    const double size = own->facts.size;
+    auto reference = make_reference(*own, kShare * options_.budget_s);
+    if (!reference && !budget_.interrupted())
+      throw InputError(
+          fmt::format("a budget of {} s does not suffice for a reference of {} rays for each of {} patches; "
+                      "allow more time or larger patches",
+                      options_.budget_s, kLeastRays, own->facts.patches));
+    if (reference) {
+      const BandArray reflected = reference->radiosity - own->patches.mesh.emission();
+      out_.factors = reference->facts;
+      out_.factors.noise = relative_rms(own->patches.mesh, reference->noise, reflected);
+      out_.radiosity = reference->radiosity;
+      compare_solvers(*own, *reference->f);
+      reference->f.reset();
+      make_coarser(*own, size);
+      out_.own = meshes_.size();
+      meshes_.push_back(std::move(own));
+      make_finer_reference(size);
+      run_methods();
+    } else {
+      meshes_.push_back(std::move(own));
+    }
+    for (const auto& mesh : meshes_) out_.meshes.push_back(mesh->facts);
+    out_.mesh.emplace(std::move(meshes_[out_.own]->patches.mesh));
+    out_.completed = !budget_.interrupted();
+    out_.seconds = budget_.elapsed();
+    return std::move(out_);
+  }
+
+ private:
+  struct Rung {
+    const FormFactorMethodInfo* info;
+    TradeRun* run;
+  };
+
+  double predict(const Mesh& mesh, const FormFactorMethodInfo& info,
+                 const FormFactorOptions& settings) const {
+    const auto method = info.make(*mesh.visibility, settings);
+    return estimate_seconds(*method, mesh.facts.patches, 8, options_.budget_s / 400);
+  }
+
+  // F has no more entries than there are rays or patches, of 8 bytes each.
+  bool fits_memory(const Mesh& mesh, Index entries) const {
+    const double n = mesh.facts.patches;
+    return options_.memory_limit_bytes == 0 ||
+           8 * n * std::min<double>(n, entries) <= static_cast<double>(options_.memory_limit_bytes);
+  }
+
+  // Two solutions, and what they tell of the error of the better one or of their mean. Nothing where the budget does not
+  // allow it, or somebody asked to stop.
+  std::optional<ReferenceSolution> make_reference(const Mesh& mesh, double share) {
+    const double start = budget_.elapsed();
+    double until = start + share;
+    const auto solve = [&](const FormFactorMethodInfo& info, const FormFactorOptions& settings) {
+      return solve_on(mesh, info, settings, 1e-10, options_.memory_limit_bytes, budget_,
+                      std::min(until, budget_.elapsed() + budget_.left()));
+    };
+    ReferenceSolution out;
+    const auto finish = [&](std::string_view method, const FormFactorOptions& settings, int solves,
+                            BandArray radiosity, BandArray noise, std::optional<FormFactorMatrix> f) {
+      out.facts.method = method;
+      out.facts.settings = settings;
+      out.facts.solves = solves;
+      out.facts.size = mesh.facts.size;
+      out.facts.patches = mesh.facts.patches;
+      out.facts.seconds = budget_.elapsed() - start;
+      out.radiosity = std::move(radiosity);
+      out.noise = std::move(noise);
+      out.f = std::move(f);
+      return std::move(out);
+    };
+
+    const FormFactorMethodInfo& pairs = find_form_factor_method(kPairs);
+    FormFactorOptions many = pairs.defaults, fewer = pairs.defaults;
+    many.samples *= 16;
+    fewer.samples *= 4;
+    const bool exact = pairs.make(*mesh.visibility, many)->exact();
+    // Four times as many points cost at most four times as much.
+    if (fits_memory(mesh, mesh.facts.patches) && predict(mesh, pairs, fewer) < share / 2) {
+      auto second = solve(pairs, fewer);
+      if (second && exact)
+        return finish(kPairs, fewer, 1, second->radiosity, kSingleRounding * second->radiosity,
+                      std::move(second->f));
+      if (second && budget_.elapsed() - start + 4 * second->seconds < 1.5 * share) {
+        second->f.reset();
+        until = start + 2 * share;
+        if (auto best = solve(pairs, many))
+          return finish(kPairs, many, 1, best->radiosity, (best->radiosity - second->radiosity) / 3,
+                        std::move(best->f));
+      }
+      if (budget_.interrupted()) return std::nullopt;
+    }
+
+    // As many rays as two solutions may have, found by what fewer took: the first has the fewest.
+    const FormFactorMethodInfo& sampled = find_form_factor_method(kSampled);
+    FormFactorOptions settings = sampled.defaults;
+    settings.seed = options_.seed + kOtherSeeds;
+    settings.samples = kLeastRays;
+    const double rays_start = budget_.elapsed();
+    until = rays_start + 1.5 * share;
+    if (!fits_memory(mesh, settings.samples)) return std::nullopt;
+    auto first = solve(sampled, settings);
+    while (first && settings.samples < kMostRays) {
+      const double left = share - (budget_.elapsed() - rays_start);
+      Index more = 1;
+      while (more < 16 && 2.0 * (2 * more) * first->seconds < left &&
+             fits_memory(mesh, 2 * more * settings.samples) && more * settings.samples < kMostRays)
+        more *= 2;
+      if (more == 1) break;
+      settings.samples *= more;
+      first = solve(sampled, settings);
+    }
+    if (!first || budget_.elapsed() + first->seconds > until) return std::nullopt;
+    ++settings.seed;
+    const auto second = solve(sampled, settings);
+    if (!second) return std::nullopt;
+    --settings.seed;
+    return finish(kSampled, settings, 2, (first->radiosity + second->radiosity) / 2,
+                  (first->radiosity - second->radiosity) / 2, std::move(first->f));
+  }
+
+  void compare_solvers(const Mesh& mesh, const FormFactorMatrix& f) {
+    const RadiositySystem system(f, mesh.patches.mesh);
+    SolverOptions options;
+    options.tolerance = 1e-12;
+    const BandArray exact = find_solver("conjugate-gradient").make()->solve(system, options).radiosity;
+    options.tolerance = 1e-8;
+    const double end =
+        budget_.elapsed() + std::min(kSolverShare * options_.budget_s, std::max(0.0, budget_.left()));
+    for (const SolverInfo& info : solvers()) {
+      const double passes = info.needs_stored_rows ? 1 : 1.0 / f.size();
+      int digits = 1;  // of the next tolerance to be met
+      double paused = 0;
+      const double start = now();
+      const auto record = [&](Index iteration, double residual, const BandArray& radiosity) {
+        const double reached = now();
+        for (; digits <= 8 && residual <= std::pow(10.0, -digits); ++digits) {
+          SolverRun& run = out_.solvers.emplace_back();
+          run.solver = info.name;
+          run.tolerance = std::pow(10.0, -digits);
+          run.products = iteration * passes;
+          run.seconds = reached - start - paused;
+          run.residual = residual;
+          run.error = relative_error(mesh.patches.mesh, radiosity, exact).rms;
+        }
+        paused += now() - reached;
+        return budget_.go_on(end);
+      };
+      options.step = record;
+      const SolveReport report = info.make()->solve(system, options).report;
+      for (; digits <= 8; ++digits)
+        out_.solvers.push_back({.solver = std::string(info.name),
+                                .tolerance = std::pow(10.0, -digits),
+                                .left_out = report.status == SolveStatus::stopped
+                                                ? "not reached in the time for solvers"
+                                                : report.message});
+    }
+  }
+
+  void make_coarser(const Mesh& own, double size) {
+    for (const double factor : {4.0, 2.0}) {
+      auto coarse = make_mesh(scene_, PatchSize{rounded(factor * size)});
+      const Index before = meshes_.empty() ? 0 : meshes_.back()->facts.patches;
+      if (coarse->facts.patches > 0.7 * own.facts.patches || coarse->facts.patches <= before) continue;
+      coarse->facts.size = rounded(factor * size);
+      twice_there_ = factor == 2;
+      meshes_.push_back(std::move(coarse));
+    }
+  }
+
+  void no_finer_reference() {
+    out_.notes.emplace_back(
+        "no reference on finer patches fits the budget, so the errors say nothing of what the size of the "
+        "patches does");
+  }
+
+  void make_finer_reference(double size) {
+    // Few rays: what is left is the cost of lamps, whose pairs grow with k⁴, and of closing the rows.
+    const Mesh& user = *meshes_[out_.own];
+    FormFactorOptions few;
+    few.samples = 64;
+    const double start = budget_.elapsed();
+    if (!solve_on(user, find_form_factor_method(kSampled), few, 1e-10, options_.memory_limit_bytes, budget_,
+                  start + kShare * options_.budget_s))
+      return no_finer_reference();
+    const double fixed = budget_.elapsed() - start;
+    std::unique_ptr<Mesh> fine;
+    std::optional<ReferenceSolution> reference;
+    double k = 4;
+    for (; k >= 2; k /= 2) {
+      if (2 * kSafety * std::pow(k, 4) * fixed > 2 * kShare * options_.budget_s) continue;
+      fine = make_mesh(scene_, PatchSize{size / k});
+      reference = make_reference(*fine, kShare * options_.budget_s);
+      if (reference || budget_.interrupted()) break;
+    }
+    if (!reference) return no_finer_reference();
+    if (k > 2) meshes_.push_back(make_mesh(scene_, PatchSize{rounded(size / 2)}));
+    for (const auto& mesh : meshes_) {
+      const PatchMesh& coarse = mesh->patches.mesh;
+      finer_.push_back(restrict_to(coarse, fine->patches.mesh, reference->radiosity));
+      mesh->facts.own_noise = relative_rms(coarse, restrict_to(coarse, fine->patches.mesh, reference->noise),
+                                           finer_.back() - coarse.emission());
+    }
+    TradeReference& facts = out_.finer.emplace(reference->facts);
+    const Mesh& own = *meshes_[out_.own];
+    facts.noise = own.facts.own_noise;
+    out_.where_patches = where_wrong(own.patches.mesh, out_.radiosity, finer_[out_.own]);
+
+    // What patches do, after the noise of both references has been taken off.
+    const auto patch_effect = [&](std::size_t m, const BandArray& radiosity, double noise) {
+      const double raw = relative_error(meshes_[m]->patches.mesh, radiosity, finer_[m]).rms;
+      const double both = std::hypot(noise, meshes_[m]->facts.own_noise);
+      return std::sqrt(std::max(raw * raw - both * both, 0.04 * raw * raw));
+    };
+    const double at_own = patch_effect(out_.own, out_.radiosity, out_.factors.noise);
+    facts.order = 1;
+    facts.order_assumed = true;
+    if (twice_there_) {
+      if (const auto coarse = make_reference(*meshes_[out_.own - 1], kShare / 4 * options_.budget_s)) {
+        const PatchMesh& mesh = meshes_[out_.own - 1]->patches.mesh;
+        const double noise = relative_rms(mesh, coarse->noise, coarse->radiosity - mesh.emission());
+        facts.order = measured_order(patch_effect(out_.own - 1, coarse->radiosity, noise) / at_own, k);
+        facts.order_assumed = false;
+      }
+    }
+    facts.patch_error = at_own / (std::pow(k, *facts.order) - 1);
+  }
+
+  /// p of (2^p − k^−p) / (1 − k^−p) = ratio, by bisection; it rises with p.
+  static double measured_order(double ratio, double k) {
+    double low = 1, high = 2;
+    for (int step = 0; step < 40; ++step) {
+      const double p = (low + high) / 2, shrunk = std::pow(k, -p);
+      ((std::exp2(p) - shrunk) / (1 - shrunk) < ratio ? low : high) = p;
+    }
+    return (low + high) / 2;
+  }
+
+  // Why a rung cannot be judged.
+  std::string too_fine(const Rung& rung) const {
+    const auto& settings = rung.run->settings;
+    const auto finer_than = [&](const TradeReference& reference) {
+      if (reference.method != rung.info->name) return false;
+      // Fine patches are averaged: what counts of rays is how many a piece of surface sends.
+      const double share = reference.method == kSampled
+                               ? static_cast<double>(reference.patches) /
+                                     meshes_[rung.run->mesh]->facts.patches * reference.solves
+                               : 1;
+      return kFiner * settings.samples > share * reference.settings.samples;
+    };
+    const bool own = rung.run->mesh == out_.own;
+    return (own && finer_than(out_.factors)) || (out_.finer && finer_than(*out_.finer))
+               ? fmt::format("has more than a tenth of the reference's {}",
+                             rung.info->name == kSampled ? "rays" : "points")
+               : std::string();
+  }
+
+  void run_methods() {
+    std::vector<const FormFactorMethodInfo*> infos;
+    for (std::size_t m = 0; m < meshes_.size(); ++m) {
+      if (m != out_.own && !out_.finer) continue;
+      for (const FormFactorMethodInfo& info : form_factor_methods()) {
+        const bool exact = info.make(*meshes_[m]->visibility)->exact();
+        for (const FormFactorOptions& settings : ladder(info)) {
+          const bool standard =
+              settings.samples == info.defaults.samples && settings.resolution == info.defaults.resolution;
+          if (exact && !standard) continue;  // the settings change nothing
+          TradeRun& run = out_.runs.emplace_back();
+          infos.push_back(&info);
+          run.mesh = m;
+          run.method = info.name;
+          run.settings = settings;
+          run.settings.seed = options_.seed;
+          run.standard = standard;
+        }
+      }
+    }
+    std::vector<std::size_t> order(out_.runs.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    for (const std::size_t r : order) {
+      TradeRun& run = out_.runs[r];
+      const bool exact = infos[r]->make(*meshes_[run.mesh]->visibility)->exact();
+      if (!exact) run.left_out = too_fine({infos[r], &run});
+      if (run.left_out.empty() && !budget_.interrupted())
+        run.predicted_s = predict(*meshes_[run.mesh], *infos[r], run.settings);
+    }
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+      return out_.runs[a].predicted_s < out_.runs[b].predicted_s;
+    });
+    for (const std::size_t r : order)
+      if (out_.runs[r].left_out.empty()) run_one(*infos[r], out_.runs[r]);
+  }
+
+  void run_one(const FormFactorMethodInfo& info, TradeRun& run) {
+    const Mesh& mesh = *meshes_[run.mesh];
+    const double left = budget_.left();
+    if (!budget_.go_on(budget_.elapsed() + left) || kSafety * run.predicted_s > left) {
+      run.left_out = budget_.interrupted()
+                         ? std::string("interrupted")
+                         : fmt::format("would take about {:.2g} s; {:.2g} s of the budget were left",
+                                       run.predicted_s, std::max(left, 0.0));
+      return;
+    }
+    std::optional<Solved> solved;
+    try {
+      solved = solve_on(mesh, info, run.settings, SolverOptions{}.tolerance, options_.memory_limit_bytes,
+                        budget_, budget_.elapsed() + left);
+    } catch (const InputError& error) {  // more memory than allowed
+      run.left_out = error.what();
+      return;
+    }
+    if (!solved || !solved->failure.empty()) {
+      run.left_out = solved                  ? solved->failure
+                     : budget_.interrupted() ? "interrupted"
+                                             : "stopped: the budget was over";
+      return;
+    }
+    run.seconds = mesh.facts.seconds + solved->seconds;
+    run.bytes = static_cast<double>(solved->f->bytes());
+    run.rays = solved->rays;
+    const PatchMesh& patches = mesh.patches.mesh;
+    if (run.mesh == out_.own) {
+      run.factors = relative_error(patches, solved->radiosity, out_.radiosity);
+      if (run.standard) run.where = where_wrong(patches, solved->radiosity, out_.radiosity);
+    }
+    if (out_.finer) run.total = relative_error(patches, solved->radiosity, finer_[run.mesh]);
+  }
+
+  Scene scene_;
+  const CompareOptions& options_;
+  Budget budget_;
+  Comparison out_;
+  std::vector<std::unique_ptr<Mesh>> meshes_;
+  bool twice_there_ = false;      // the mesh before the user's has patches of twice the size
+  std::vector<BandArray> finer_;  // per mesh: the finer reference on its patches
+};
+
+}  // namespace
+
+RelativeError relative_error(const PatchMesh& mesh, const BandArray& radiosity, const BandArray& reference) {
+  if (radiosity.rows() != mesh.patch_count() || reference.rows() != mesh.patch_count() ||
+      radiosity.cols() != reference.cols())
+    throw InputError(fmt::format("radiosities of {} × {} and {} × {} for {} patches", radiosity.rows(),
+                                 radiosity.cols(), reference.rows(), reference.cols(), mesh.patch_count()));
+  const BandArray reflected = reference - mesh.emission();
+  const BandArray error = radiosity - reference;
+  RelativeError out{relative_rms(mesh, error, reflected), 0};
+  for (Index b = 0; b < error.cols(); ++b) {
+    const double least = 0.01 * mean(mesh, reflected.col(b));
+    for (Index i = 0; i < mesh.patch_count(); ++i)
+      if (least > 0 && reflected(i, b) >= least)  // false where it is not a number
+        out.largest = std::max(out.largest, std::abs(error(i, b)) / reflected(i, b));
+  }
+  return out;
+}
+
+std::vector<std::size_t> pareto_front(std::span<const CostAndError> points) {
+  std::vector<std::size_t> order(points.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return std::pair(points[a].cost, points[a].error) < std::pair(points[b].cost, points[b].error);
+  });
+  std::vector<std::size_t> front;
+  for (const std::size_t k : order)
+    if (front.empty() || points[k].error < points[front.back()].error) front.push_back(k);
+  return front;
+}
+
+std::optional<std::size_t> cheapest(std::span<const CostAndError> points, double error) {
+  std::optional<std::size_t> best;
+  for (std::size_t k = 0; k < points.size(); ++k)
+    if (points[k].error <= error && (!best || points[k].cost < points[*best].cost)) best = k;
+  return best;
+}
+
+std::vector<FormFactorOptions> ladder(const FormFactorMethodInfo& method) {
+  const FormFactorOptions standard = method.defaults;
+  std::vector<FormFactorOptions> steps;
+  if (standard.resolution > 0) {
+    for (Index samples = 1; samples <= 4 * standard.samples; samples *= 4)
+      for (Index resolution = standard.resolution / 4; resolution <= 2 * standard.resolution; resolution *= 2)
+        steps.push_back({.samples = samples, .resolution = resolution});
+  } else {
+    for (const double factor : {1.0 / 16, 1.0 / 4, 1.0, 4.0, 16.0})
+      steps.push_back({.samples = std::max<Index>(1, static_cast<Index>(factor * standard.samples))});
+  }
+  return steps;
+}
+
+double TradeReference::own_error() const {
+  return std::hypot(noise, patch_error.value_or(0));
+}
+
+std::optional<double> error_at_most(const Comparison& comparison, const TradeRun& run) {
+  if (run.total)
+    return run.total->rms +
+           std::hypot(comparison.meshes[run.mesh].own_noise, comparison.finer->patch_error.value_or(0));
+  if (run.factors) return run.factors->rms + comparison.factors.noise;
+  return std::nullopt;
+}
+
+Measured measured(const Comparison& comparison) {
+  Measured out;
+  for (std::size_t r = 0; r < comparison.runs.size(); ++r) {
+    const TradeRun& run = comparison.runs[r];
+    const auto error = error_at_most(comparison, run);
+    if (!error) continue;
+    out.index.push_back(r);
+    out.by_seconds.push_back({run.seconds, *error});
+    out.by_bytes.push_back({run.bytes, *error});
+  }
+  return out;
+}
+
+Comparison compare(const Scene& scene, const PatchOptions& patches, const CompareOptions& options) {
+  if (!(options.budget_s > 0))
+    throw InputError(fmt::format("budget: {} s is not positive", options.budget_s));
+  return Comparer(scene, options).run(patches);
+}
+
+}  // namespace radiosity
