@@ -25,10 +25,10 @@ struct BenchScene {
 };
 
 std::vector<BenchScene> scenes() {
-  return {{"cube with box", test::cube_with_box, 0.0625},
-          {"closed Cornell box", test::closed_cornell_box, 0.04},
-          {"two furnished rooms", test::two_furnished_rooms, 0.4},
-          {"office floor of 12 rooms", test::office_floor, 0.7}};
+  return {{"cube with box", test::cube_with_box, 0.125},
+          {"closed Cornell box", test::closed_cornell_box, 0.06},
+          {"two furnished rooms", test::two_furnished_rooms, 0.6},
+          {"office floor of 12 rooms", test::office_floor, 1.2}};
 }
 
 double now() {
