@@ -57,6 +57,8 @@ Reflectance reflectance(const PatchMesh& mesh, double absorptance) {
 
 class Comparison {
  public:
+  std::string only;  // solvers whose name contains this
+
   Comparison(const PatchMesh& mesh, const FormFactorMatrix& f) : mesh_(mesh), f_(f) {}
 
   void run(const Reflectance& material, double most_passes) {
@@ -65,6 +67,7 @@ class Comparison {
     exact.tolerance = 1e-13;
     reference_ = find_solver("conjugate-gradient").make()->solve(system, exact).radiosity;
     for (const SolverInfo& info : solvers()) {
+      if (info.name.find(only) == std::string_view::npos) continue;
       report(system, material, info, 1, most_passes);
       if (info.name == "gauss-seidel") report(system, material, info, 1.3, most_passes);
     }
@@ -144,8 +147,10 @@ int main(int argc, char** argv) {
   double patch_size = 0.31;
   double most = 150;
   bool smallest = false, only_bandwidth = false;
+  std::string only;
   app.add_option("--patch-size", patch_size, "of the furnished rooms, m")->capture_default_str();
   app.add_option("--most-passes", most, "over F, after which a solver is given up")->capture_default_str();
+  app.add_option("--solver", only, "only those whose name contains this");
   app.add_flag("--smallest", smallest, "only rooms of a few hundred patches");
   app.add_flag("--bandwidth", only_bandwidth, "only how fast F is read");
   CLI11_PARSE(app, argc, argv);
@@ -161,6 +166,7 @@ int main(int argc, char** argv) {
         mesh.patch_count());
     fmt::print("| ρ | solver | 1e-3 | 1e-6 | 1e-10 |\n|---|---|---|---|---|\n");
     Comparison comparison(mesh, f);
+    comparison.only = only;
     for (const double absorptance : {0.0, 0.5, 0.2, 0.05, 1e-3, 1e-6})
       comparison.run(reflectance(mesh, absorptance), smallest ? 20 : most);
   }

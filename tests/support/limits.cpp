@@ -215,6 +215,43 @@ BandArray constant(Index n, double value) {
 }
 
 void add_reflectances(std::vector<Limit>& list) {
+  // M the mean radiosities of two spheres of equal area, ε the share of light that goes across:
+  //   M1 + M2 = (⟨E⟩1 + ⟨E⟩2)/(1 − ρ),   M1 − M2 = (⟨E⟩1 − ⟨E⟩2)/(1 − ρ + 2ρε),   B = E + ρ ((1 − ε) M_own + ε M_other).
+  list.push_back(
+      {"RoomsThroughAPinhole",
+       "two spheres that exchange a share ε = 10^−k of their light, k = 1 … 8, 1 − ρ = 10⁻⁹, a lamp in one",
+       "B = E + ρ((1 − ε)M + εM'), in at most 40 products by F", "conjugate-gradient", [] {
+         Worst worst;
+         Index most = 0;
+         const double alpha = 1e-9;
+         const Index n = 40;
+         for (int k = 1; k <= 8; ++k) {
+           const double e = std::pow(10.0, -k);
+           Eigen::MatrixXd m(n, n);
+           const Index half = n / 2;
+           m.setConstant((1 - e) / half);
+           m.topRightCorner(half, half).setConstant(e / half);
+           m.bottomLeftCorner(half, half).setConstant(e / half);
+           const FormFactorMatrix f = dense_matrix(m);
+           BandArray lamp = BandArray::Zero(n, 1);
+           lamp(3, 0) = 1;
+           const RadiositySystem system(f, Eigen::ArrayXd::Ones(n), BandArray::Constant(n, 1, 1 - alpha),
+                                        lamp, BandArray::Constant(n, 1, alpha));
+           const SolveResult result = solve(find_solver("conjugate-gradient"), system);
+           const double mean = 1.0 / half, sum = mean / alpha,
+                        difference = mean / (alpha + 2 * (1 - alpha) * e);
+           const double near = (sum + difference) / 2, far = (sum - difference) / 2;
+           BandArray exact = lamp;
+           exact.topRows(half) += (1 - alpha) * ((1 - e) * near + e * far);
+           exact.bottomRows(half) += (1 - alpha) * ((1 - e) * far + e * near);
+           worst.add(
+               result.report.status == SolveStatus::converged ? relative(result.radiosity, exact) : kNan,
+               fmt::format("k = {}", k));
+           most = std::max(most, result.report.iterations + 1);
+         }
+         worst.add(most > 40 ? kNan : 0, "products");
+         return worst.within(1e-6, fmt::format("{} products", most));
+       }});
   list.push_back(white_spheres("WhiteSpheres", 1, 9, 1e-6));
   list.push_back(white_spheres("WhiterSpheres", 10, 12, 1e-4));
   const auto boxed = [] { return room_with_floating_box(3, 2); };
