@@ -119,7 +119,7 @@ template <class Info>
 std::string table(std::span<const Info> rows) {
   std::string text;
   for (const Info& row : rows)
-    text += fmt::format("\n  {:<20}{}", row.name, wrap(std::string(row.summary), 22));
+    text += fmt::format("\n  {:<23}{}", row.name, wrap(std::string(row.summary), 25));
   return text;
 }
 
@@ -268,6 +268,7 @@ class Parser {
         ->add_flag_callback(
             "--no-closure", [this] { options_.close = false; },
             "Leave the rows as the method made them: restore neither\nreciprocity nor closure")
+        ->option_text(" ")
         ->group(group);
     add_memory_limit(command);
   }
@@ -310,7 +311,9 @@ class Parser {
     command
         ->add_flag_callback(
             "--no-error-estimate", [this] { options_.estimate_error = false; },
-            "Do not solve three cheaper problems to tell how far the\nresult is off: about a third less time")
+            "Do not solve three cheaper problems to tell how far the\nresult is off: about a quarter less "
+            "time")
+        ->option_text(" ")
         ->group(group);
   }
 

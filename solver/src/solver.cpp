@@ -26,8 +26,7 @@ constexpr std::array<SolverInfo, 5> kSolvers{{
     {"jacobi", "gathering, one bounce of light an iteration", "Goral1984", true, make_jacobi},
     {"progressive", "shooting from the patch with most unshot power; F is not stored", "Cohen1988", false,
      make_progressive},
-    {"progressive-overshoot",
-     "shooting, with a share of what the patch will still receive [Feda1992]; F is not stored", "Feda1992",
+    {"progressive-overshoot", "shooting, with what the patch will still receive; F is not stored", "Feda1992",
      false, make_progressive_overshoot},
 }};
 
