@@ -5,7 +5,6 @@
 
 #include <cmath>
 
-#include "radiosity/formfactors/threads.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "support/scenes.hpp"
 
@@ -127,24 +126,6 @@ TEST(Compare, MeasuresEverySolverAtEveryToleranceOnTheSameF) {
       EXPECT_GE(run.products, all.solvers[k - 1].products);
     }
   }
-}
-
-TEST(Compare, ErrorsDoNotDependOnThreads) {
-  CompareOptions options;
-  options.budget_s = 4;
-  const auto errors = [&](int threads) {
-    const ThreadLimit limit(threads);
-    return compare(cube(), PatchSize{0.5}, options);
-  };
-  const Comparison one = errors(1), two = errors(2);
-  ASSERT_EQ(one.runs.size(), two.runs.size());
-  int both = 0;
-  for (std::size_t r = 0; r < one.runs.size(); ++r) {
-    if (!one.runs[r].factors || !two.runs[r].factors) continue;
-    EXPECT_EQ(one.runs[r].factors->rms, two.runs[r].factors->rms);
-    ++both;
-  }
-  EXPECT_GT(both, 0);
 }
 
 TEST(Compare, StopsWhenAskedTo) {

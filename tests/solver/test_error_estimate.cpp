@@ -73,12 +73,10 @@ TEST(ErrorEstimate, BracketsTheTrueErrorOfHemicubesOverOneAndOverSeveralPoints) 
 
 TEST(ErrorEstimate, IsHonestOnScenesWithKnownAnswersAndOnARandomRoom) {
 #ifdef __SANITIZE_ADDRESS__
-  constexpr int kRooms = 0;  // its reference has 5,000 patches
-#else
-  constexpr int kRooms = 1;
+  GTEST_SKIP() << "takes minutes, and runs nothing that other tests do not";
 #endif
   std::vector<double> ratios;
-  for (const Honesty& h : honesty(kRooms)) ratios.push_back(h.ratio());
+  for (const Honesty& h : honesty(1)) ratios.push_back(h.ratio());
   std::sort(ratios.begin(), ratios.end());
   // The truth below twice the estimate in 19 of 20 cases, the estimate not above ten times the truth in the median.
   EXPECT_GE(ratios[ratios.size() / 20], 0.5);
