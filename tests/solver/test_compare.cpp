@@ -82,7 +82,7 @@ Scene cube() {
 
 TEST(Compare, FindsNoErrorOfExactFactorsAndSaysWhyRunsAreMissing) {
   CompareOptions options;
-  options.budget_s = 4;
+  options.budget_s = 10;
   const Comparison all = compare(cube(), PatchSize{0.25}, options);
   EXPECT_TRUE(all.completed);
   ASSERT_EQ(all.meshes[all.own].patches, 96);
@@ -112,7 +112,7 @@ TEST(Compare, FindsNoErrorOfExactFactorsAndSaysWhyRunsAreMissing) {
 
 TEST(Compare, MeasuresEverySolverAtEveryToleranceOnTheSameF) {
   CompareOptions options;
-  options.budget_s = 4;
+  options.budget_s = 10;
   const Comparison all = compare(cube(), PatchSize{0.5}, options);
   ASSERT_EQ(all.solvers.size(), 8 * solvers().size());
   for (std::size_t k = 0; k < all.solvers.size(); ++k) {
