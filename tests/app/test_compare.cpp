@@ -55,7 +55,7 @@ TEST_F(Compare, WritesATableAReportAndAPageOfItsOwn) {
   const auto own = json["own_mesh"];
   EXPECT_EQ(json["meshes"][own.get<std::size_t>()]["patches"], 96);
   const double noise = json["reference"]["noise"];
-  bool exact = false;
+  [[maybe_unused]] bool exact = false;
   for (const auto& one : json["runs"]) {
     if (one.contains("left_out")) {
       EXPECT_NE(one["left_out"], "");

@@ -89,7 +89,7 @@ TEST(Compare, FindsNoErrorOfExactFactorsAndSaysWhyRunsAreMissing) {
   EXPECT_EQ(all.factors.method, "analytic");
   ASSERT_TRUE(all.finer.has_value());
   EXPECT_GT(all.finer->patches, 96);
-  bool exact_ran = false;
+  [[maybe_unused]] bool exact_ran = false;
   for (const TradeRun& run : all.runs) {
     if (!run.left_out.empty()) {
       EXPECT_FALSE(run.total || run.factors);
