@@ -178,10 +178,7 @@ std::vector<LightingSetup> lighting_setups(const fs::path& file,
 
 /// A key as TOML writes it: quoted unless it is made of letters, digits, - and _.
 std::string toml_key(const std::string& name) {
-  const bool bare = !name.empty() && std::all_of(name.begin(), name.end(), [](unsigned char c) {
-    return (c < 128 && std::isalnum(c)) || c == '-' || c == '_';
-  });
-  return bare ? name : fmt::format("\"{}\"", name);
+  return is_bare_key(name) ? name : fmt::format("\"{}\"", name);
 }
 
 }  // namespace

@@ -3,11 +3,9 @@
 
 #include <sys/resource.h>
 
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "radiosity/io/output.hpp"
-#include "radiosity/meshing/error.hpp"
 
 namespace radiosity {
 namespace {
@@ -153,13 +151,7 @@ void write_report(const std::filesystem::path& file, const Report& report) {
   json["seconds"] = to_json(report.seconds);
   json["peak_memory_bytes"] = report.peak_memory_bytes;
   // File names need not be UTF-8; numbers that are not finite become null.
-  const std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace);
-  write_atomically(file, [&](const std::filesystem::path& temporary) {
-    std::ofstream out(temporary, std::ios::binary);
-    out << text << '\n';
-    out.close();
-    if (!out) throw IoError("the disk is full or the file cannot be opened");
-  });
+  write_file(file, json.dump(2, ' ', false, Json::error_handler_t::replace) + '\n');
 }
 
 std::uint64_t peak_memory_bytes() {

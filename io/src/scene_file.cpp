@@ -192,11 +192,7 @@ MaterialSetting read_material(const Section& section, const std::string& name) {
 }
 
 SetupSetting read_setup(const Section& section, const std::string& name) {
-  // The name becomes part of a file's.
-  const bool plain = !name.empty() && std::all_of(name.begin(), name.end(), [](unsigned char c) {
-    return (c < 128 && std::isalnum(c)) || c == '-' || c == '_';
-  });
-  if (!plain)
+  if (!is_bare_key(name))  // it becomes part of a file's name
     section.fail(section.line(),
                  fmt::format("set-up '{}': a name is made of letters, digits, - and _", name));
   SetupSetting setup;
@@ -248,6 +244,12 @@ double read_unit(const Section& top) {
 }
 
 }  // namespace
+
+bool is_bare_key(const std::string& name) {
+  return !name.empty() && std::all_of(name.begin(), name.end(), [](unsigned char c) {
+    return (c < 128 && std::isalnum(c)) || c == '-' || c == '_';
+  });
+}
 
 SceneFile read_scene_file(const std::filesystem::path& file) {
   toml::table table;

@@ -39,6 +39,9 @@ struct SceneFile {
   SceneSettings settings;
 };
 
+/// Letters, digits, - and _, which TOML takes for a key without quotes.
+bool is_bare_key(const std::string& name);
+
 /// Reads a scene file by itself; the mesh is not opened. Throws IoError where it is not TOML, InputError naming
 /// file, line, key and rule.
 SceneFile read_scene_file(const std::filesystem::path& file);
