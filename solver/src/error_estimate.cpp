@@ -9,6 +9,7 @@
 #include <unordered_map>
 
 #include "radiosity/meshing/patch_locator.hpp"
+#include "solvers.hpp"
 
 namespace radiosity {
 namespace {
@@ -172,11 +173,7 @@ BandArray restrict_to(const PatchMesh& coarse, const PatchMesh& fine, const Band
   // are linear there, between means at the vertices, shifted to keep the mean of the patch: a patch on both sides of a border
   // that gave both the same would hide a part of the gradient, as large as what the size of patches does.
   constexpr int kSide = 8;
-  BandArray at_vertices = BandArray::Zero(fine.vertex_count(), values.cols());
-  for (Index v = 0; v < fine.vertex_count(); ++v) {
-    const auto round = fine.vertex_patches(v);
-    for (const Index i : round) at_vertices.row(v) += values.row(i) / static_cast<double>(round.size());
-  }
+  const BandArray at_vertices = vertex_means(fine, values);
   using Row = Eigen::Array<double, 1, Eigen::Dynamic>;
   BandArray sums = BandArray::Zero(coarse.patch_count(), values.cols());
   Eigen::ArrayXd areas = Eigen::ArrayXd::Zero(coarse.patch_count());

@@ -3,8 +3,19 @@
 
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/solver/solution.hpp"
+#include "solvers.hpp"
 
 namespace radiosity {
+
+BandArray vertex_means(const PatchMesh& mesh, const BandArray& patch_values) {
+  BandArray mean = BandArray::Zero(mesh.vertex_count(), patch_values.cols());
+  for (Index v = 0; v < mesh.vertex_count(); ++v) {
+    const auto patches = mesh.vertex_patches(v);
+    for (const Index i : patches) mean.row(v) += patch_values.row(i);
+    if (!patches.empty()) mean.row(v) /= static_cast<double>(patches.size());
+  }
+  return mean;
+}
 
 BandArray vertex_values(const PatchMesh& mesh, const BandArray& patch_values) {
   if (patch_values.rows() != mesh.patch_count()) {
@@ -13,12 +24,7 @@ BandArray vertex_values(const PatchMesh& mesh, const BandArray& patch_values) {
   }
   using Bands = Eigen::Array<double, 1, Eigen::Dynamic>;
   // Means first: the values of inner vertices, and what the border is extrapolated from.
-  BandArray mean = BandArray::Zero(mesh.vertex_count(), patch_values.cols());
-  for (Index v = 0; v < mesh.vertex_count(); ++v) {
-    const auto patches = mesh.vertex_patches(v);
-    for (const Index i : patches) mean.row(v) += patch_values.row(i);
-    if (!patches.empty()) mean.row(v) /= static_cast<double>(patches.size());
-  }
+  const BandArray mean = vertex_means(mesh, patch_values);
   BandArray values = mean;
   for (Index v = 0; v < mesh.vertex_count(); ++v) {
     if (!mesh.on_border(v)) continue;
