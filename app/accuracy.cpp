@@ -14,6 +14,7 @@ namespace radiosity::app {
 namespace {
 
 constexpr Index kPilotPatches = 600;  // seconds at most, whatever the method
+constexpr double kDearSeconds = 10;   // a plan that costs less is not worth the pilot of another method
 constexpr int kMostRounds = 8;
 constexpr double kMemoryInUse = 0.8;  // of the limit: a mesh may have more patches than its size lets expect
 
@@ -64,11 +65,13 @@ class Rounds {
       pilot(first);
       return;
     }
-    first.method = "analytic";
-    pilot(first);
-    if (rounds_.empty() || rounds_.back().exact)
-      return;  // no other method competes where factors are closed forms
     first.method = "hemisphere";
+    pilot(first);
+    if (interrupted() || reached()) return;
+    const bool convex = best_->second.modelled && !best_->second.modelled->occlusion;
+    const auto plan = plan_accuracy(rounds_, limits());
+    if (!convex && plan && plan->seconds < kDearSeconds) return;
+    first.method = "analytic";
     pilot(first);
   }
 
