@@ -68,9 +68,10 @@ class Rounds {
     first.method = "hemisphere";
     pilot(first);
     if (interrupted() || reached()) return;
-    const bool convex = best_->second.modelled && !best_->second.modelled->occlusion;
-    const auto plan = plan_accuracy(rounds_, limits());
-    if (!convex && plan && plan->seconds < kDearSeconds) return;
+    if (best_->second.modelled->occlusion) {  // in a convex scene pairs are closed forms
+      const auto plan = plan_accuracy(rounds_, limits());
+      if (plan && plan->seconds < kDearSeconds) return;
+    }
     first.method = "analytic";
     pilot(first);
   }
