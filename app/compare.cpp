@@ -13,16 +13,17 @@ int run_compare(const Options& options) {
   const LoadedScene loaded = read_stage(job, options.scene);
   const SceneSettings settings = override_settings(loaded.settings, options.flags);
   require_emission(loaded.scene, options.scene);
-  patch_stage(job, loaded.scene, settings);  // to tell what is compared
+  const PatchOptions patches = settings.patches.value_or(PatchOptions{});
 
   CompareOptions compare_options;
   compare_options.budget_s = options.budget_s;
   compare_options.seed = settings.seed.value_or(compare_options.seed);
   compare_options.memory_limit_bytes = assembly_options(options).memory_limit_bytes;
+  compare_options.meshed = [&](const Patches& made) { tell_patches(job, made, patches); };
   const Comparison comparison = [&] {
     ProgressBar bar(job.console, "comparing");
     compare_options.progress = [&](double fraction) { return bar(fraction); };
-    return compare(loaded.scene, settings.patches.value_or(PatchOptions{}), compare_options);
+    return compare(loaded.scene, patches, compare_options);
   }();
   job.report.converged = comparison.completed;
   job.report.seconds.solve = job.stage.lap();

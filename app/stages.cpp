@@ -137,6 +137,11 @@ Patches patch_stage(Job& job, const Scene& scene, const SceneSettings& settings)
   job.stage.lap();
   const PatchOptions options = settings.patches.value_or(PatchOptions{});
   Patches patches = make_patches(scene, options);
+  tell_patches(job, patches, options);
+  return patches;
+}
+
+void tell_patches(Job& job, const Patches& patches, const PatchOptions& options) {
   job.report.seconds.mesh = job.stage.lap();
 
   auto& facts = *job.report.scene;
@@ -148,7 +153,6 @@ Patches patch_stage(Job& job, const Scene& scene, const SceneSettings& settings)
   warn(job, patches.warnings);
   job.console.line("patches", "{}, {}; {:.6g} m²", facts.patches, patch_rule(options, patches.patch_size),
                    facts.area_m2);
-  return patches;
 }
 
 MethodChoice choose_method(const Visibility& visibility) {

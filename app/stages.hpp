@@ -40,6 +40,8 @@ LoadedScene read_stage(Job& job, const std::filesystem::path& file,
                        MissingMaterials missing = MissingMaterials::refuse);
 
 Patches patch_stage(Job& job, const Scene& scene, const SceneSettings& settings);
+/// What patch_stage says of patches, for those that were made elsewhere.
+void tell_patches(Job& job, const Patches& patches, const PatchOptions& options);
 
 /// The rule behind --method auto.
 struct MethodChoice {

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <memory>
@@ -18,12 +19,13 @@ namespace radiosity {
 namespace {
 
 constexpr std::string_view kPairs = "analytic", kSampled = "hemisphere";
-constexpr double kSafety = 1.5;         // what a prediction from a few rows may fall short by
-constexpr double kFiner = 10;           // a reference has so many times the rays or points of what it judges
-constexpr double kShare = 0.25;         // of the budget for each of the two references
-constexpr double kSolverShare = 0.1;    // for the solvers
-constexpr double kWritingShare = 0.06;  // kept for whoever writes the results
-constexpr double kSingleRounding = 6e-8;  // F is stored in single precision
+constexpr double kSafety = 1.5;  // what a prediction from a few rows may fall short by
+constexpr double kFiner = 10;    // a reference has so many times the rays or points of what it judges
+constexpr std::array kFinerPatches{4.0, 2.0};  // how many of its patches along one of the user's
+constexpr double kShare = 0.25;                // of the budget for each of the two references
+constexpr double kSolverShare = 0.1;           // for the solvers
+constexpr double kWritingShare = 0.06;         // kept for whoever writes the results
+constexpr double kSingleRounding = 6e-8;       // F is stored in single precision
 constexpr Index kLeastRays = 256, kMostRays = 1 << 18;
 constexpr std::uint64_t kOtherSeeds = 1'000'003;  // references share no random numbers with what they judge
 
@@ -162,6 +164,7 @@ class Comparer {
   Comparison run(const PatchOptions& patches) {
     out_.budget_s = options_.budget_s;
     auto own = make_mesh(scene_, patches);
+    if (options_.meshed) options_.meshed(own->patches);
     const double size = own->facts.size;
     auto reference = make_reference(*own, kShare * options_.budget_s);
     if (!reference && !budget_.interrupted())
@@ -170,6 +173,11 @@ class Comparer {
                       "allow more time or larger patches",
                       options_.budget_s, kLeastRays, own->facts.patches));
     if (reference) {
+      if (exact_s_ > 0 && reference->facts.method != kPairs)
+        out_.notes.push_back(fmt::format(
+            "the reference is of rays: factors pair by pair, exact here, would take about {:.2g} s; a budget "
+            "of {:.2g} s would do",
+            exact_s_, kSafety * exact_s_ / (2 * kShare)));
       const BandArray reflected = reference->radiosity - own->patches.mesh.emission();
       out_.factors = reference->facts;
       out_.factors.noise = relative_rms(own->patches.mesh, reference->noise, reflected);
@@ -210,77 +218,89 @@ class Comparer {
            8 * n * std::min<double>(n, entries) <= static_cast<double>(options_.memory_limit_bytes);
   }
 
-  // Two solutions, and what they tell of the error of the better one or of their mean. Nothing where the budget does not
-  // allow it, or somebody asked to stop.
-  std::optional<ReferenceSolution> make_reference(const Mesh& mesh, double share) {
-    const double start = budget_.elapsed();
-    double until = start + share;
-    const auto solve = [&](const FormFactorMethodInfo& info, const FormFactorOptions& settings) {
-      return solve_on(mesh, info, settings, 1e-10, options_.memory_limit_bytes, budget_,
-                      std::min(until, budget_.elapsed() + budget_.left()));
-    };
-    ReferenceSolution out;
-    const auto finish = [&](std::string_view method, const FormFactorOptions& settings, int solves,
-                            BandArray radiosity, BandArray noise, std::optional<FormFactorMatrix> f) {
-      out.facts.method = method;
-      out.facts.settings = settings;
-      out.facts.solves = solves;
-      out.facts.size = mesh.facts.size;
-      out.facts.patches = mesh.facts.patches;
-      out.facts.seconds = budget_.elapsed() - start;
-      out.radiosity = std::move(radiosity);
-      out.noise = std::move(noise);
-      out.f = std::move(f);
-      return std::move(out);
-    };
+  ReferenceSolution finish(const Mesh& mesh, double start, std::string_view method,
+                           const FormFactorOptions& settings, int solves, BandArray radiosity,
+                           BandArray noise, std::optional<FormFactorMatrix> f) const {
+    ReferenceSolution out{{}, std::move(radiosity), std::move(noise), std::move(f)};
+    out.facts.method = method;
+    out.facts.settings = settings;
+    out.facts.solves = solves;
+    out.facts.size = mesh.facts.size;
+    out.facts.patches = mesh.facts.patches;
+    out.facts.seconds = budget_.elapsed() - start;
+    return out;
+  }
 
+  std::optional<Solved> solve_until(const Mesh& mesh, const FormFactorMethodInfo& info,
+                                    const FormFactorOptions& settings, double until) {
+    return solve_on(mesh, info, settings, 1e-10, options_.memory_limit_bytes, budget_,
+                    std::min(until, budget_.elapsed() + budget_.left()));
+  }
+
+  // Pair by pair. Where no patch hides another one solution is exact, so it may take what two references share; elsewhere two
+  // with different numbers of points tell the error of the better one. Nothing where that takes too long.
+  std::optional<ReferenceSolution> refer_to_pairs(const Mesh& mesh, double share) {
+    const double start = budget_.elapsed();
     const FormFactorMethodInfo& pairs = find_form_factor_method(kPairs);
     FormFactorOptions many = pairs.defaults, fewer = pairs.defaults;
     many.samples *= 16;
     fewer.samples *= 4;
-    const bool exact = pairs.make(*mesh.visibility, many)->exact();
-    // Four times as many points cost at most four times as much.
-    if (fits_memory(mesh, mesh.facts.patches) && predict(mesh, pairs, fewer) < share / 2) {
-      auto second = solve(pairs, fewer);
-      if (second && exact)
-        return finish(kPairs, fewer, 1, second->radiosity, kSingleRounding * second->radiosity,
-                      std::move(second->f));
-      if (second && budget_.elapsed() - start + 4 * second->seconds < 1.5 * share) {
-        second->f.reset();
-        until = start + 2 * share;
-        if (auto best = solve(pairs, many))
-          return finish(kPairs, many, 1, best->radiosity, (best->radiosity - second->radiosity) / 3,
-                        std::move(best->f));
-      }
-      if (budget_.interrupted()) return std::nullopt;
+    if (!fits_memory(mesh, mesh.facts.patches)) return std::nullopt;
+    const double predicted = predict(mesh, pairs, fewer);
+    if (mesh.visibility->convex()) {
+      exact_s_ = predicted;
+      if (predicted > 2 * share) return std::nullopt;
+      auto exact = solve_until(mesh, pairs, fewer, start + kSafety * 2 * share);
+      if (!exact) return std::nullopt;
+      return finish(mesh, start, kPairs, fewer, 1, exact->radiosity, kSingleRounding * exact->radiosity,
+                    std::move(exact->f));
     }
+    // Four times as many points cost at most four times as much.
+    if (predicted > share / 2) return std::nullopt;
+    auto second = solve_until(mesh, pairs, fewer, start + share);
+    if (!second || budget_.elapsed() - start + 4 * second->seconds > 1.5 * share) return std::nullopt;
+    second->f.reset();
+    auto best = solve_until(mesh, pairs, many, start + 2 * share);
+    if (!best) return std::nullopt;
+    return finish(mesh, start, kPairs, many, 1, best->radiosity, (best->radiosity - second->radiosity) / 3,
+                  std::move(best->f));
+  }
 
-    // As many rays as two solutions may have, found by what fewer took: the first has the fewest.
+  // Two solutions, as many rays as they may have, found by what fewer took: the first has the fewest. Their difference tells
+  // the error of their mean.
+  std::optional<ReferenceSolution> refer_to_rays(const Mesh& mesh, double share) {
+    const double start = budget_.elapsed();
+    const double until = start + 1.5 * share;
     const FormFactorMethodInfo& sampled = find_form_factor_method(kSampled);
     FormFactorOptions settings = sampled.defaults;
     settings.seed = options_.seed + kOtherSeeds;
     settings.samples = kLeastRays;
-    const double rays_start = budget_.elapsed();
-    until = rays_start + 1.5 * share;
     if (!fits_memory(mesh, settings.samples)) return std::nullopt;
-    auto first = solve(sampled, settings);
+    auto first = solve_until(mesh, sampled, settings, until);
     while (first && settings.samples < kMostRays) {
-      const double left = share - (budget_.elapsed() - rays_start);
+      const double left = share - (budget_.elapsed() - start);
       Index more = 1;
       while (more < 16 && 2.0 * (2 * more) * first->seconds < left &&
              fits_memory(mesh, 2 * more * settings.samples) && more * settings.samples < kMostRays)
         more *= 2;
       if (more == 1) break;
       settings.samples *= more;
-      first = solve(sampled, settings);
+      first = solve_until(mesh, sampled, settings, until);
     }
     if (!first || budget_.elapsed() + first->seconds > until) return std::nullopt;
     ++settings.seed;
-    const auto second = solve(sampled, settings);
+    const auto second = solve_until(mesh, sampled, settings, until);
     if (!second) return std::nullopt;
     --settings.seed;
-    return finish(kSampled, settings, 2, (first->radiosity + second->radiosity) / 2,
+    return finish(mesh, start, kSampled, settings, 2, (first->radiosity + second->radiosity) / 2,
                   (first->radiosity - second->radiosity) / 2, std::move(first->f));
+  }
+
+  // Nothing where the budget does not allow it, or somebody asked to stop.
+  std::optional<ReferenceSolution> make_reference(const Mesh& mesh, double share) {
+    auto reference = refer_to_pairs(mesh, share);
+    if (!reference && !budget_.interrupted()) reference = refer_to_rays(mesh, share);
+    return reference;
   }
 
   void compare_solvers(const Mesh& mesh, const FormFactorMatrix& f) {
@@ -339,23 +359,34 @@ class Comparer {
   }
 
   void make_finer_reference(double size) {
-    // Few rays: what is left is the cost of lamps, whose pairs grow with k⁴, and of closing the rows.
     const Mesh& user = *meshes_[out_.own];
-    FormFactorOptions few;
-    few.samples = 64;
-    const double start = budget_.elapsed();
-    if (!solve_on(user, find_form_factor_method(kSampled), few, 1e-10, options_.memory_limit_bytes, budget_,
-                  start + kShare * options_.budget_s))
-      return no_finer_reference();
-    const double fixed = budget_.elapsed() - start;
+    const double share = kShare * options_.budget_s;
     std::unique_ptr<Mesh> fine;
     std::optional<ReferenceSolution> reference;
-    double k = 4;
-    for (; k >= 2; k /= 2) {
-      if (2 * kSafety * std::pow(k, 4) * fixed > 2 * kShare * options_.budget_s) continue;
+    double k = 0;
+    const auto refer = [&](double times, auto make) {
+      k = times;
       fine = make_mesh(scene_, PatchSize{size / k});
-      reference = make_reference(*fine, kShare * options_.budget_s);
-      if (reference || budget_.interrupted()) break;
+      reference = (this->*make)(*fine, share);
+      return reference || budget_.interrupted();
+    };
+    // Exact factors of patches of half the size tell more than rays from a quarter in the same time.
+    bool done = false;
+    if (user.visibility->convex() && out_.factors.method == kPairs)
+      for (const double times : kFinerPatches)
+        done = done || ((1 + std::pow(times, 4)) * out_.factors.seconds < 2 * share &&
+                        refer(times, &Comparer::refer_to_pairs));
+    if (!done) {
+      // Few rays: what is left is the cost of lamps, whose pairs grow with k⁴, and of closing the rows.
+      FormFactorOptions few;
+      few.samples = 64;
+      const double start = budget_.elapsed();
+      if (!solve_until(user, find_form_factor_method(kSampled), few, start + share))
+        return no_finer_reference();
+      const double fixed = budget_.elapsed() - start;
+      for (const double times : kFinerPatches)
+        done = done ||
+               (kSafety * std::pow(times, 4) * fixed <= share && refer(times, &Comparer::make_reference));
     }
     if (!reference) return no_finer_reference();
     if (k > 2) meshes_.push_back(make_mesh(scene_, PatchSize{rounded(size / 2)}));
@@ -495,6 +526,7 @@ class Comparer {
   Budget budget_;
   Comparison out_;
   std::vector<std::unique_ptr<Mesh>> meshes_;
+  double exact_s_ = 0;            // predicted for exact factors of the mesh last referred to
   bool twice_there_ = false;      // the mesh before the user's has patches of twice the size
   std::vector<BandArray> finer_;  // per mesh: the finer reference on its patches
 };

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <span>
@@ -20,6 +21,8 @@ struct CompareOptions {
   std::uint64_t seed = 1;
   std::size_t memory_limit_bytes = 0;  ///< of each F; 0: none
   Progress progress = {};
+  std::function<void(const Patches&)> meshed =
+      {};  ///< told of the user's patches before anything is compared
 };
 
 /// How far B is from a reference, over all patches and bands:
@@ -131,9 +134,10 @@ Measured measured(const Comparison& comparison);
 /// Runs every method at its ladder of settings, on meshes of four, two, one and half times the patch size, and every solver at
 /// tolerances 1e-1 … 1e-8, and measures how far they are off.
 ///
-/// References: the user's patches, and patches of a quarter (or half) the size averaged over the coarser ones. Each is solved by the
-/// analytic method with 16 times the default number of points (4 times where no patch hides another, as they change nothing
-/// there) if that takes about a quarter of the budget at most, and otherwise with as many rays as that allows: two solutions
+/// References: the user's patches, and patches of a quarter (or half) the size averaged over the coarser ones, each in about a
+/// quarter of the budget. Where no patch hides another they are analytic, exact in one solution, if both fit into half of the
+/// budget, on patches of half the size if those of a quarter do not. Elsewhere, the analytic method with 16 times the default
+/// number of points if its quarter suffices, and otherwise as many rays as that allows: two solutions
 /// of different seeds, averaged. Their own noise is measured: half their difference; of the points, whose error falls as 1/N,
 /// a third of the difference to a quarter as many. A rung that has more than a tenth of the rays or points of a reference is left
 /// out, and so are those that would not end within the budget; the cheapest run first.
