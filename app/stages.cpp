@@ -233,6 +233,9 @@ FormFactorMatrix form_factor_stage(Job& job, const FormFactorMethod& method, con
   const auto all =
       static_cast<double>(pairs.behind + pairs.hidden + pairs.free + pairs.partial + pairs.by_rays);
   if (all > 0) {
+    Report::Modelled& modelled = *job.report.modelled;
+    modelled.saved.pairs_behind = pairs.behind;
+    if (!modelled.occlusion) modelled.saved.visibility_tests = pairs.free;
     const auto percent = [&](std::uint64_t count) { return 100 * static_cast<double>(count) / all; };
     job.console.line("",
                      "of {:.3g} pairs {:.3g} % lie behind one another, {:.3g} % are hidden, {:.3g} % see all "
@@ -340,6 +343,14 @@ Solved solve_stage(Job& job, const Scene& scene, const SceneSettings& settings, 
 
   const SolveReport& report = solution.report;
   job.report.converged = report.status == SolveStatus::converged;
+  if (grey.bands() < scene.bands()) {
+    const auto bands =
+        static_cast<std::uint64_t>((scene.bands() - grey.bands()) * static_cast<Index>(1 + setups.size()));
+    modelled.saved.radiosity_bytes =
+        sizeof(double) * bands * static_cast<std::uint64_t>(patches.mesh.patch_count());
+    if (info.needs_stored_rows)  // a shot reads a row, not F
+      modelled.saved.band_products = bands * static_cast<std::uint64_t>(report.iterations);
+  }
   job.report.solver = Report::SolverFacts{std::string(info.name), options.tolerance,
                                           select_bands(solution, 0, grey.bands()).report};
   job.console.line("solver", "{}: {} {}, residual {:.2g}, tolerance {:.2g}", info.name, report.iterations,

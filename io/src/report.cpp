@@ -41,7 +41,18 @@ Json to_json(const Report::SceneFacts& scene) {
 }
 
 Json to_json(const Report::Modelled& modelled) {
-  return {{"bands", modelled.bands}, {"occlusion", modelled.occlusion}, {"left_out", modelled.left_out}};
+  Json saved = Json::object();
+  const auto add = [&saved](const char* what, const std::optional<std::uint64_t>& count) {
+    if (count) saved[what] = *count;
+  };
+  add("band_products", modelled.saved.band_products);
+  add("radiosity_bytes", modelled.saved.radiosity_bytes);
+  add("visibility_tests", modelled.saved.visibility_tests);
+  add("pairs_behind", modelled.saved.pairs_behind);
+  return {{"bands", modelled.bands},
+          {"occlusion", modelled.occlusion},
+          {"left_out", modelled.left_out},
+          {"saved", saved}};
 }
 
 Json to_json(const FormFactorQuality& quality) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gmock/gmock.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -126,6 +127,18 @@ TEST_F(Compare, RefusesADirectoryThatHoldsOtherFilesAndReplacesItsOwn) {
   write("out/index.html", "old");
   ASSERT_EQ(compare("cube.toml", "out").status, 0);
   EXPECT_NE(read("out/index.html"), "old");
+}
+
+TEST_F(Compare, SaysBeforeAnyWorkThatGnuplotIsMissing) {
+  write_cube();
+  const auto before = files();
+  const std::string path = std::getenv("PATH");
+  ::setenv("PATH", folder().c_str(), 1);
+  const Outcome result = compare("cube.toml", "out");
+  ::setenv("PATH", path.c_str(), 1);
+  expect_one_error(result, 1, "gnuplot, which draws the diagrams, cannot be started");
+  EXPECT_EQ(result.out, "");
+  EXPECT_EQ(files(), before);
 }
 
 TEST_F(Compare, MarksWhatWasInterrupted) {

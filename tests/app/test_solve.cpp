@@ -121,6 +121,9 @@ TEST_F(Solve, WritesTheStableNamesOfTheReport) {
     EXPECT_TRUE(r.at("scene").contains(name)) << name;
   EXPECT_EQ(r.at("modelled").at("bands"), 1);
   EXPECT_EQ(r.at("modelled").at("occlusion"), false);
+  // 96 · 95 / 2 pairs: those of one face of 16 patches lie in one plane, all others see each other.
+  EXPECT_EQ(r.at("modelled").at("saved"),
+            (json{{"visibility_tests", 15 * 16 * 16}, {"pairs_behind", 6 * 16 * 15 / 2}}));
   for (const char* name :
        {"method", "parameters", "storage", "nonzeros", "bytes", "rays", "closure_error_max",
         "closure_error_mean", "reciprocity_error_max", "escaped_mean"})
@@ -194,7 +197,11 @@ TEST_F(Solve, SolvesGreyLightInOneBand) {
       run({"solve", "cube.toml", "-o", "out.vtp", "--patch-size", "0.5", "--report", "out.json"});
   ASSERT_EQ(result.status, 0);
   EXPECT_EQ(solved().patch_radiosity.cols(), 1);
-  EXPECT_EQ(report().at("modelled").at("bands"), 1);
+  const json r = report();
+  EXPECT_EQ(r.at("modelled").at("bands"), 1);
+  // Two bands of doubles on 24 patches, and two columns an iteration.
+  EXPECT_EQ(r.at("modelled").at("saved").at("radiosity_bytes"), 2 * 24 * 8);
+  EXPECT_EQ(r.at("modelled").at("saved").at("band_products"), 2 * r.at("solver").at("iterations").get<int>());
   EXPECT_THAT(result.out, HasSubstr("so one was solved"));
 }
 

@@ -185,6 +185,7 @@ Report full_report() {
   report.modelled.emplace();
   report.modelled->bands = 1;
   report.modelled->left_out = {"grey"};
+  report.modelled->saved.visibility_tests = 3;
   report.form_factors.emplace();
   report.form_factors->method = "hemisphere";
   report.form_factors->storage = "dense";
@@ -217,7 +218,8 @@ TEST(Report, HasTheStableNamesInOrder) {
   EXPECT_THAT(names(json["scene"]["repairs"]),
               ElementsAre("merged_vertices", "degenerate_faces", "duplicate_faces", "flipped_faces",
                           "triangulated_faces", "non_planar_faces", "cut_faces"));
-  EXPECT_THAT(names(json["modelled"]), ElementsAre("bands", "occlusion", "left_out"));
+  EXPECT_THAT(names(json["modelled"]), ElementsAre("bands", "occlusion", "left_out", "saved"));
+  EXPECT_THAT(names(json["modelled"]["saved"]), ElementsAre("visibility_tests"));  // what is known
   EXPECT_THAT(names(json["form_factors"]),
               ElementsAre("method", "parameters", "storage", "nonzeros", "bytes", "rays", "closure_error_max",
                           "closure_error_mean", "reciprocity_error_max", "reciprocity_error_mean",

@@ -83,11 +83,15 @@ Scene cube() {
 TEST(Compare, FindsNoErrorOfExactFactorsAndSaysWhyRunsAreMissing) {
   CompareOptions options;
   options.budget_s = 10;
+  std::vector<Index> meshed;
+  options.meshed = [&](const Patches& patches) { meshed.push_back(patches.mesh.patch_count()); };
   const Comparison all = compare(cube(), PatchSize{0.25}, options);
+  EXPECT_THAT(meshed, ElementsAre(96));
   EXPECT_TRUE(all.completed);
   ASSERT_EQ(all.meshes[all.own].patches, 96);
   EXPECT_EQ(all.factors.method, "analytic");
   ASSERT_TRUE(all.finer.has_value());
+  EXPECT_EQ(all.finer->method, "analytic");
   EXPECT_GT(all.finer->patches, 96);
   [[maybe_unused]] bool exact_ran = false;
   for (const TradeRun& run : all.runs) {

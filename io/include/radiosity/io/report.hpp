@@ -35,6 +35,15 @@ struct Report {
     Index bands = 0;
     bool occlusion = true;
     std::vector<std::string> left_out;
+    /// Counted, not timed; absent where the run does not tell.
+    struct Saved {
+      /// Columns of B that F was not multiplied with: bands left out × iterations.
+      std::optional<std::uint64_t> band_products;
+      std::optional<std::uint64_t> radiosity_bytes;  ///< of B: 8 × patches × bands left out
+      std::optional<std::uint64_t>
+          visibility_tests;                       ///< pairs not asked whether anything stands between them
+      std::optional<std::uint64_t> pairs_behind;  ///< pairs without a factor to compute, as they face away
+    } saved;
   };
   std::optional<Modelled> modelled;
 

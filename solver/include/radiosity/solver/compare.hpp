@@ -136,7 +136,7 @@ Measured measured(const Comparison& comparison);
 ///
 /// References: the user's patches, and patches of a quarter (or half) the size averaged over the coarser ones, each in about a
 /// quarter of the budget. Where no patch hides another they are analytic, exact in one solution, if both fit into half of the
-/// budget, on patches of half the size if those of a quarter do not. Elsewhere, the analytic method with 16 times the default
+/// budget, on patches of a third or half the size if those of a quarter do not. Elsewhere, the analytic method with 16 times the default
 /// number of points if its quarter suffices, and otherwise as many rays as that allows: two solutions
 /// of different seeds, averaged. Their own noise is measured: half their difference; of the points, whose error falls as 1/N,
 /// a third of the difference to a quarter as many. A rung that has more than a tenth of the rays or points of a reference is left
