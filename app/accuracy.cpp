@@ -47,12 +47,8 @@ class Rounds {
       next.samples = plan->options.samples;
       next.patches = PatchSize{plan->patch_size};
       next.tolerance = plan->tolerance;
-      try {
-        solve(next);
-      } catch (const MemoryLimitError&) {
-        break;  // the faces made more patches than expected
-      }
-      if (rounds_.size() == before) break;  // interrupted
+      solve(next);
+      if (rounds_.size() == before) break;  // interrupted, or the faces made more patches than expected
     }
     return finish();
   }
@@ -65,14 +61,12 @@ class Rounds {
       pilot(first);
       return;
     }
-    first.method = "hemisphere";
+    first.method = kAutoMethod;  // pairs where they are closed forms, else rays
     pilot(first);
     if (interrupted() || reached()) return;
-    if (best_->second.modelled->occlusion) {  // in a convex scene pairs are closed forms
-      const auto plan = plan_accuracy(rounds_, limits());
-      if (plan && plan->seconds < kDearSeconds) return;
-    }
-    first.method = "analytic";
+    const auto plan = plan_accuracy(rounds_, limits());
+    if (plan && plan->seconds < kDearSeconds) return;
+    first.method = best_->first.method == "analytic" ? "hemisphere" : "analytic";
     pilot(first);
   }
 
@@ -86,10 +80,11 @@ class Rounds {
     }
   }
 
-  // One round; it counts when it came to an end.
-  void solve(const SceneSettings& settings) {
+  // One round; it counts when it came to an end. Without memory for it, what there is has to do.
+  void solve(const SceneSettings& settings) try {
     Job job(quiet_);
     job.report = job_.report;
+    job.few_patches = 0;
     job.stage.lap();
     Stopwatch watch;
     Solved solved = solve_stage(job, loaded_.scene, settings, {}, loaded_.setups);
@@ -116,6 +111,8 @@ class Rounds {
     const bool better = !best_ || !best_->first.error || worth(round.error) < worth(*best_->first.error);
     rounds_.push_back(std::move(round));
     if (better) best_.emplace(std::move(solved), std::move(job.report));
+  } catch (const MemoryLimitError&) {
+    if (!best_) throw;
   }
 
   // An error of which a part is not known is worse than any that is.

@@ -28,6 +28,7 @@ struct Job {
   Console console;
   Report report;
   Stopwatch total, stage;
+  Index few_patches = 2000;  ///< up to which --method auto computes every pair, obstacles or not
 };
 
 /// Refuses an output that could not be written, before any work is done for it.
@@ -47,7 +48,7 @@ void tell_patches(Job& job, const Patches& patches, const PatchOptions& options)
 struct MethodChoice {
   std::string name, why;
 };
-MethodChoice choose_method(const Visibility& visibility);
+MethodChoice choose_method(const Visibility& visibility, Index few_patches);
 
 struct ChosenMethod {
   const FormFactorMethodInfo* info;

@@ -41,7 +41,10 @@ TEST_F(Accuracy, IsDeliveredOnTheCube) {
     EXPECT_LE(true_error(solved("out.vtp"), fine), std::stod(percent) / 100);
     EXPECT_LE(report()["error"]["total"], std::stod(percent) / 100);
     EXPECT_TRUE(report()["accuracy"]["reached"]);
-    EXPECT_FALSE(report()["accuracy"]["rounds"].empty());
+    ASSERT_FALSE(report()["accuracy"]["rounds"].empty());
+    // No patch hides another: closed forms, and not one ray.
+    for (const auto& round : report()["accuracy"]["rounds"]) EXPECT_EQ(round["method"], "analytic");
+    EXPECT_EQ(report()["form_factors"]["rays"], 0);
   }
 }
 
