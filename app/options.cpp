@@ -435,6 +435,7 @@ class Parser {
     CLI::App* command =
         add_command("probe", "Measure irradiance at points", "A solved .vtp, as radiosity solve writes it");
     add_output(command, "H.csv", "Irradiance and its standard error, in W/m² (required)");
+    add_report(command);
     command
         ->add_option("--points", options_.points_file,
                      "The sensors: a line 'x y z nx ny nz' each, position in m\n"

@@ -33,7 +33,11 @@ int run_probe(const Options& options) {
 
   // Half a list would look like a whole one: nothing of it is written.
   Outputs outputs(job);
+  job.report.converged = result.completed;
   if (result.completed) {
+    job.report.probe = {static_cast<Index>(sensors.size()), result.samples,
+                        result.irradiance.colwise().mean().transpose(),
+                        result.standard_error.square().colwise().mean().sqrt().transpose()};
     const double mean = result.irradiance.mean();
     job.console.line(
         "sensors", "{} with {} rays each; irradiance {:.4g} W/m² in the mean, standard error {:.2g} W/m² rms",

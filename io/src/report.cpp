@@ -138,6 +138,13 @@ Json to_json(const Report::Accuracy& accuracy) {
   return {{"goal", accuracy.goal}, {"reached", accuracy.reached}, {"rounds", rounds}};
 }
 
+Json to_json(const Report::Probe& probe) {
+  return {{"sensors", probe.sensors},
+          {"samples", probe.samples},
+          {"irradiance_mean", numbers(probe.irradiance_mean)},
+          {"standard_error_rms", numbers(probe.standard_error_rms)}};
+}
+
 Json to_json(const Report::Seconds& seconds) {
   return {{"read", seconds.read},   {"mesh", seconds.mesh},   {"form_factors", seconds.form_factors},
           {"solve", seconds.solve}, {"error", seconds.error}, {"write", seconds.write},
@@ -159,6 +166,7 @@ void write_report(const std::filesystem::path& file, const Report& report) {
   for (const auto& [setup, energy] : report.setups) json["setups"][setup]["energy"] = to_json(energy);
   add("error", report.error);
   add("accuracy", report.accuracy);
+  add("probe", report.probe);
   json["seconds"] = to_json(report.seconds);
   json["peak_memory_bytes"] = report.peak_memory_bytes;
   // File names need not be UTF-8; numbers that are not finite become null.

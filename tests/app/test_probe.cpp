@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "app/program.hpp"
@@ -41,7 +42,8 @@ TEST_F(Probe, WritesIrradianceAndStandardErrorOfEverySensor) {
   solve_cube();
   write("P.txt",
         "# floor\n0.5 0.5 0   0 0 5\n\n0.5 0.5 0.4 0 0 1 # table\n  0 0.5 0.5\t1 0 0\r\n0.5 0.5 1 0 0 -1\n");
-  const Outcome result = run({"probe", "out.vtp", "--points", "P.txt", "-o", "H.csv"});
+  const Outcome result =
+      run({"probe", "out.vtp", "--points", "P.txt", "-o", "H.csv", "--report", "out.json"});
   EXPECT_EQ(result.status, 0);
   EXPECT_EQ(result.err, "");
   EXPECT_THAT(result.out, HasSubstr("H.csv"));
@@ -52,6 +54,17 @@ TEST_F(Probe, WritesIrradianceAndStandardErrorOfEverySensor) {
   std::vector<std::vector<double>> rows;
   while (std::getline(lines, line)) rows.push_back(numbers(line));
   ASSERT_EQ(rows.size(), 4U);
+  // The list has nine digits.
+  const auto facts = nlohmann::json::parse(read("out.json"))["probe"];
+  EXPECT_EQ(facts["sensors"], 4);
+  EXPECT_EQ(facts["samples"], 1152);
+  double sum = 0, square = 0;
+  for (const auto& row : rows) {
+    sum += row[6];
+    square += row[7] * row[7];
+  }
+  EXPECT_NEAR(facts["irradiance_mean"][0], sum / 4, 1e-9);
+  EXPECT_NEAR(facts["standard_error_rms"][0], std::sqrt(square / 4), 1e-9);
   const std::vector<double> floor(rows[0].begin(), rows[0].begin() + 6);
   EXPECT_EQ(floor, (std::vector<double>{0.5, 0.5, 0, 0, 0, 1}));
   // Ceiling E = 1, ρ = 0.5. The ceiling's emission alone gives the middle of the floor this [Howell, B-3], and a tenth more by

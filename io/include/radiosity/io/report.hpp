@@ -78,6 +78,13 @@ struct Report {
   };
   std::optional<Accuracy> accuracy;
 
+  /// Irradiance at sensors, per band: mean over them, and root mean square of their standard errors, W/m².
+  struct Probe {
+    Index sensors = 0, samples = 0;
+    Eigen::ArrayXd irradiance_mean, standard_error_rms;
+  };
+  std::optional<Probe> probe;
+
   struct Seconds {
     double read = 0, mesh = 0, form_factors = 0, solve = 0, error = 0, write = 0, total = 0;
   } seconds;
