@@ -113,9 +113,9 @@ std::string svg(const Diagram& diagram) {
       high = std::max(high, point.y);
     }
   constexpr double kRoom = 1.4;
-  // Less than a decade holds few round numbers: there 2 and 5 are written, too.
+  // Less than two decades may hold one power of ten only: there 2 and 5 are written, too.
   const auto ticks = [](char axis, double from, double to) {
-    if (to > 30 * from) return std::string();
+    if (to > 100 * from) return std::string();
     std::vector<std::string> marks;
     for (int d = static_cast<int>(std::floor(std::log10(from))); std::pow(10.0, d) <= to; ++d)
       for (const int m : {1, 2, 5}) marks.push_back(fmt::format("{:g}", m * std::pow(10.0, d)));
@@ -152,7 +152,7 @@ std::string svg(const Diagram& diagram) {
        {"xmlns=\"http://www.w3.org/2000/svg\"", "xmlns:xlink=\"http://www.w3.org/1999/xlink\""})
     if (const auto at = drawn.find(space); at != std::string::npos)
       drawn.erase(at, std::string_view(space).size());
-  return drawn;
+  return "<div class=\"wide\">" + drawn + "</div>";
 }
 
 std::string png(const Image& image) {
@@ -180,10 +180,11 @@ class Page {
 <style>
 body { font: 16px/1.5 sans-serif; color: #222; max-width: 62em; margin: 2em auto; padding: 0 1em; }
 h1 { font-size: 1.6em; } h2 { font-size: 1.25em; margin-top: 2em; border-bottom: 1px solid #ccc; }
-code, pre { font-family: monospace; font-size: 0.92em; } pre span { white-space: nowrap; } pre { background: #f4f4f4; padding: 0.6em; white-space: pre-wrap; margin: 0.2em 0 0.8em; }
+code, pre { font-family: monospace; font-size: 0.92em; } code span, pre span { white-space: nowrap; } pre { background: #f4f4f4; padding: 0.6em; white-space: pre-wrap; margin: 0.2em 0 0.8em; }
 table { border-collapse: collapse; font-size: 0.88em; } th, td { padding: 0.15em 0.7em; text-align: right; border-bottom: 1px solid #e4e4e4; }
 th { border-bottom: 1px solid #888; vertical-align: bottom; } td.l, th.l { text-align: left; } tr.best { background: #eef6ea; }
-svg { max-width: 100%; height: auto; } .note { color: #555; font-size: 0.9em; }
+.wide { overflow-x: auto; } td, th { white-space: nowrap; } td.l { white-space: normal; min-width: 6em; }
+svg { display: block; width: 100%; min-width: 40em; height: auto; } .note { color: #555; font-size: 0.9em; }
 .maps { display: grid; grid-template-columns: repeat(auto-fill, minmax(17em, 1fr)); gap: 1em; } figure { margin: 0; }
 figure img { width: 100%; border: 1px solid #ccc; } figcaption { font-size: 0.88em; }
 .scale { height: 1em; border: 1px solid #888; } .ticks { display: flex; justify-content: space-between; font-size: 0.85em; }
@@ -196,7 +197,7 @@ details { margin-top: 0.6em; }
         "in {:.3g} s, by "
         "<code>{}</code>{}.</p>\n",
         own.patches, own.size, all_.radiosity.cols(), all_.radiosity.cols() == 1 ? "band" : "bands",
-        all_.seconds, escaped(origin_.command),
+        all_.seconds, words(origin_.command),
         all_.completed ? "" : ", which was interrupted: what is missing had not been measured");
     add_advice();
     add_totals();
@@ -241,7 +242,8 @@ details { margin-top: 0.6em; }
         "weighted with area, relative to the light that is reflected. {} “At most” adds what the reference "
         "itself may err by. "
         "Seconds are those of patches, form factors and solution; reading and writing come on top.</p>\n",
-        total ? "It holds all that is wrong: form factors and the size of the patches."
+        total ? "It holds what form factors and the size of the patches do to the mean of each patch; how B "
+                "varies inside of a patch is not in it, so pictures and shadow edges may need smaller ones."
               : "It is that of the form factors alone: no finer mesh could be afforded, so what the size of "
                 "the patches does is "
                 "not in it.");
@@ -366,7 +368,8 @@ details { margin-top: 0.6em; }
     }
     std::vector<std::string> missing;
     for (const TradeRun& run : all_.runs)
-      if (run.standard && run.mesh == all_.own && !run.left_out.empty()) missing.push_back(run.method);
+      if (run.standard && run.mesh == all_.own && !run.left_out.empty())
+        missing.push_back(fmt::format("{} ({})", run.method, escaped(run.left_out)));
     std::vector<std::string> stops, ticks;
     for (const Rgb& c : kViridis) stops.push_back(fmt::format("rgb({} {} {})", c[0], c[1], c[2]));
     for (int d = 0; d <= kDecades; ++d)
@@ -379,7 +382,7 @@ details { margin-top: 0.6em; }
         fmt::join(stops, ", "), fmt::join(ticks, ""));
     if (!missing.empty())
       add("<p class=\"note\">Not shown, because its default setting did not run on these patches: {}.</p>\n",
-          fmt::join(missing, ", "));
+          fmt::join(missing, "; "));
   }
 
   static Rgb colour_of(double t) {
@@ -416,7 +419,10 @@ details { margin-top: 0.6em; }
         "(size)<sup>{:.2g}</sup>{}."
         "</p>\n{}\n",
         all_.finer->patches, all_.finer->order.value_or(1),
-        all_.finer->order_assumed ? ", assumed: no coarser mesh told" : ", measured by three meshes",
+        all_.finer->order_assumed ? ", assumed: no coarser mesh told"
+        : *all_.finer->order < 1.01
+            ? ", the least that is taken: three meshes showed no faster fall, or noise hid it"
+            : ", measured by three meshes",
         svg(diagram));
   }
 
@@ -443,7 +449,7 @@ details { margin-top: 0.6em; }
         "Where shooting "
         "(progressive) needs less than one product, it needs fewer rows of the matrix than there are, and "
         "none is "
-        "stored.</p>\n{}\n<details><summary>Table</summary>\n<table><tr><th "
+        "stored.</p>\n{}\n<details><summary>Table</summary>\n<div class=\"wide\"><table><tr><th "
         "class=\"l\">solver</th><th>tolerance</th><th>products</th>"
         "<th>seconds</th><th>residual</th><th>error of B</th><th class=\"l\">left out</th></tr>\n",
         all_.meshes[all_.own].patches, svg(diagram));
@@ -456,7 +462,7 @@ details { margin-top: 0.6em; }
         add("<td></td><td></td><td></td><td></td>");
       add("<td class=\"l\">{}</td></tr>\n", escaped(run.left_out));
     }
-    add("</table></details>\n");
+    add("</table></div></details>\n");
   }
 
   void add_reference(const TradeReference& reference, const char* what) {
@@ -482,7 +488,7 @@ details { margin-top: 0.6em; }
     const std::vector<std::size_t> best = front_runs(all_);
     add("<h2>All runs</h2>\n<p>“Largest” is the largest error of a patch that reflects 1 % of the mean or "
         "more, relative to what it "
-        "reflects. Green rows: no other is both faster and better.</p>\n<table><tr><th "
+        "reflects. Green rows: no other is both faster and better.</p>\n<div class=\"wide\"><table><tr><th "
         "class=\"l\">method</th><th>setting</th>"
         "<th>patches</th><th>seconds</th><th>memory</th><th>error of<br>factors</th><th>error,<br>all "
         "told</th><th>largest</th>"
@@ -502,11 +508,11 @@ details { margin-top: 0.6em; }
                         : "",
           percent(error_at_most(all_, run).value_or(0)));
     }
-    add("</table>\n");
+    add("</table></div>\n");
     const auto left = std::count_if(all_.runs.begin(), all_.runs.end(),
                                     [](const TradeRun& run) { return !run.left_out.empty(); });
     if (left == 0) return;
-    add("<details><summary>{} runs were left out</summary>\n<table><tr><th "
+    add("<details><summary>{} runs were left out</summary>\n<div class=\"wide\"><table><tr><th "
         "class=\"l\">method</th><th>setting</th><th>patches</th><th "
         "class=\"l\">why</th></tr>\n",
         left);
@@ -514,7 +520,7 @@ details { margin-top: 0.6em; }
       if (!run.left_out.empty())
         add("<tr><td class=\"l\">{}</td><td>{}</td><td>{}</td><td class=\"l\">{}</td></tr>\n", run.method,
             settings_text(run.settings), all_.meshes[run.mesh].patches, escaped(run.left_out));
-    add("</table></details>\n");
+    add("</table></div></details>\n");
   }
 
   const Comparison& all_;
