@@ -336,7 +336,8 @@ details { margin-top: 0.6em; }
     std::vector<Map> maps;
     for (const TradeRun& run : all_.runs)
       if (run.where.size() > 0)
-        maps.push_back({fmt::format("{} {} (default): {} rms", run.method, settings_text(run.settings),
+        maps.push_back({fmt::format("{} {}{}: {} rms", run.method, settings_text(run.settings),
+                                    run.standard ? " (default)" : ", in place of its default",
                                     percent(run.factors->rms)),
                         &run.where});
     if (all_.where_patches.size() > 0)
@@ -381,7 +382,7 @@ details { margin-top: 0.6em; }
         "{})\"></div>\n<div class=\"ticks\">{}</div>\n",
         fmt::join(stops, ", "), fmt::join(ticks, ""));
     if (!missing.empty())
-      add("<p class=\"note\">Not shown, because its default setting did not run on these patches: {}.</p>\n",
+      add("<p class=\"note\">Default settings that did not run on these patches: {}.</p>\n",
           fmt::join(missing, "; "));
   }
 
@@ -419,9 +420,8 @@ details { margin-top: 0.6em; }
         "(size)<sup>{:.2g}</sup>{}."
         "</p>\n{}\n",
         all_.finer->patches, all_.finer->order.value_or(1),
-        all_.finer->order_assumed ? ", assumed: no coarser mesh told"
-        : *all_.finer->order < 1.01
-            ? ", the least that is taken: three meshes showed no faster fall, or noise hid it"
+        all_.finer->order_assumed
+            ? ", the least that is expected: coarser meshes do not tell, or noise hides it"
             : ", measured by three meshes",
         svg(diagram));
   }

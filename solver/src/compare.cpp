@@ -26,6 +26,7 @@ constexpr std::array kFinerExact{4.0, 3.0, 2.0};
 constexpr std::array kFinerSampled{4.0, 2.0};
 constexpr double kShare = 0.25;           // of the budget for each of the two references
 constexpr double kSolverShare = 0.1;      // for the solvers
+constexpr double kPictureShare = 0.25;    // of what is left, for the default setting of a method
 constexpr double kWritingShare = 0.06;    // kept for whoever writes the results
 constexpr double kSingleRounding = 6e-8;  // F is stored in single precision
 constexpr Index kLeastRays = 256, kMostRays = 1 << 18;
@@ -313,7 +314,9 @@ class Comparer {
     options.tolerance = 1e-8;
     const double end =
         budget_.elapsed() + std::min(kSolverShare * options_.budget_s, std::max(0.0, budget_.left()));
+    auto waiting = static_cast<double>(std::size(solvers()));
     for (const SolverInfo& info : solvers()) {
+      const double until = budget_.elapsed() + (end - budget_.elapsed()) / waiting--;
       const double passes = info.needs_stored_rows ? 1 : 1.0 / f.size();
       int digits = 1;  // of the next tolerance to be met
       double paused = 0;
@@ -330,7 +333,7 @@ class Comparer {
           run.error = relative_error(mesh.patches.mesh, radiosity, exact).rms;
         }
         paused += now() - reached;
-        return budget_.go_on(end);
+        return budget_.go_on(until);
       };
       options.step = record;
       const SolveReport report = info.make()->solve(system, options).report;
@@ -416,19 +419,22 @@ class Comparer {
       if (const auto coarse = make_reference(*meshes_[out_.own - 1], kShare / 4 * options_.budget_s)) {
         const PatchMesh& mesh = meshes_[out_.own - 1]->patches.mesh;
         const double noise = relative_rms(mesh, coarse->noise, coarse->radiosity - mesh.emission());
-        facts.order = measured_order(patch_effect(out_.own - 1, coarse->radiosity, noise) / at_own, k);
-        facts.order_assumed = false;
+        const auto order = measured_order(patch_effect(out_.own - 1, coarse->radiosity, noise) / at_own, k);
+        facts.order = order.value_or(1);
+        facts.order_assumed = !order;
       }
     }
     facts.patch_error = at_own / (std::pow(k, *facts.order) - 1);
   }
 
-  /// p of (2^p − k^−p) / (1 − k^−p) = ratio, by bisection; it rises with p.
-  static double measured_order(double ratio, double k) {
+  /// p of (2^p − k^−p) / (1 − k^−p) = ratio, by bisection; it rises with p. Nothing where that is not within [1, 2].
+  static std::optional<double> measured_order(double ratio, double k) {
+    const auto ratio_at = [&](double p) { return (std::exp2(p) - std::pow(k, -p)) / (1 - std::pow(k, -p)); };
     double low = 1, high = 2;
+    if (!(ratio >= ratio_at(low) && ratio <= ratio_at(high))) return std::nullopt;
     for (int step = 0; step < 40; ++step) {
-      const double p = (low + high) / 2, shrunk = std::pow(k, -p);
-      ((std::exp2(p) - shrunk) / (1 - shrunk) < ratio ? low : high) = p;
+      const double p = (low + high) / 2;
+      (ratio_at(p) < ratio ? low : high) = p;
     }
     return (low + high) / 2;
   }
@@ -481,9 +487,15 @@ class Comparer {
       if (run.left_out.empty() && !budget_.interrupted())
         run.predicted_s = predict(*meshes_[run.mesh], *infos[r], run.settings);
     }
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-      return out_.runs[a].predicted_s < out_.runs[b].predicted_s;
-    });
+    // The cheapest first, but for what is shown: a dear default would never get its turn.
+    const double dear = kPictureShare * std::max(0.0, budget_.left());
+    const auto turn = [&](std::size_t r) {
+      const TradeRun& run = out_.runs[r];
+      const bool shown = run.standard && run.mesh == out_.own && run.predicted_s <= dear;
+      return std::pair{!shown, run.predicted_s};
+    };
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return turn(a) < turn(b); });
     for (const std::size_t r : order)
       if (out_.runs[r].left_out.empty()) run_one(*infos[r], out_.runs[r]);
   }
@@ -518,9 +530,19 @@ class Comparer {
     const PatchMesh& patches = mesh.patches.mesh;
     if (run.mesh == out_.own) {
       run.factors = relative_error(patches, solved->radiosity, out_.radiosity);
-      if (run.standard) run.where = where_wrong(patches, solved->radiosity, out_.radiosity);
+      show(run, where_wrong(patches, solved->radiosity, out_.radiosity));
     }
     if (out_.finer) run.total = relative_error(patches, solved->radiosity, finer_[run.mesh]);
+  }
+
+  // One map per method: of the default, or of the dearest that ran without it.
+  void show(TradeRun& run, Eigen::ArrayXd where) {
+    for (TradeRun& other : out_.runs) {
+      if (other.where.size() == 0 || other.method != run.method) continue;
+      if (other.standard) return;
+      other.where.resize(0);
+    }
+    run.where = std::move(where);
   }
 
   Scene scene_;

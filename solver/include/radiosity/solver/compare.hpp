@@ -71,8 +71,8 @@ struct TradeRun {
   std::optional<RelativeError> factors;
   /// Against a finer mesh with better factors: all that is wrong.
   std::optional<RelativeError> total;
-  /// n: largest of the bands of |B_i − R_i| over the mean of R − E, against the same patches; default settings on the user's
-  /// mesh only.
+  /// n: largest of the bands of |B_i − R_i| over the mean of R − E, against the same patches. On the user's mesh, for one
+  /// run per method: that of the default setting, or the dearest there is without it.
   Eigen::ArrayXd where;
 };
 
@@ -100,8 +100,9 @@ struct TradeReference {
   /// Error of its own patches, and the order at which it falls with their size; by Richardson's extrapolation.
   std::optional<double> patch_error;
   std::optional<double> order;
-  bool order_assumed = false;  ///< no mesh of twice the size tells it: 1, the least that is expected
-  double own_error() const;    ///< √(noise² + patch_error²)
+  bool order_assumed =
+      false;  ///< no mesh of twice the size tells one within [1, 2]: 1, the least that is expected
+  double own_error() const;  ///< √(noise² + patch_error²)
 };
 
 struct Comparison {
@@ -140,11 +141,12 @@ Measured measured(const Comparison& comparison);
 /// number of points if its quarter suffices, and otherwise as many rays as that allows: two solutions
 /// of different seeds, averaged. Their own noise is measured: half their difference; of the points, whose error falls as 1/N,
 /// a third of the difference to a quarter as many. A rung that has more than a tenth of the rays or points of a reference is left
-/// out, and so are those that would not end within the budget; the cheapest run first.
+/// out, and so are those that would not end within the budget. Default settings on the user's patches run first where they take no
+/// more than a quarter of what is left, then the cheapest.
 ///
 /// The finer reference has patches, too: with an error C h^p of patches of size h and a reference of size h/k,
 ///   e(h) = C h^p (1 − k^−p),  e(2h) = C h^p (2^p − k^−p),
-/// whose ratio tells p, kept within [1, 2]; the reference errs by e(h)/(k^p − 1).
+/// whose ratio tells p, or it is taken to be 1 where that is not within [1, 2]; the reference errs by e(h)/(k^p − 1).
 ///
 /// Times are wall time, so which rungs fit depends on the machine and the hour; the errors of those that ran do not.
 /// Throws InputError where the budget does not even suffice for a reference with 256 rays a patch. Where `progress` stops before
