@@ -111,6 +111,21 @@ TEST(Compare, FindsNoErrorOfExactFactorsAndSaysWhyRunsAreMissing) {
                 10 * all.factors.noise);  // nothing is judged that the reference cannot tell
     }
   }
+  // One map per method that ran on the user's patches, of the default where that did.
+  for (const FormFactorMethodInfo& method : form_factor_methods()) {
+    int ran = 0, shown = 0, defaults = 0, shown_defaults = 0;
+    for (const TradeRun& run : all.runs) {
+      if (run.method != method.name || run.mesh != all.own || !run.left_out.empty()) continue;
+      ++ran;
+      defaults += run.standard;
+      if (run.where.size() == 0) continue;
+      ++shown;
+      shown_defaults += run.standard;
+      EXPECT_EQ(run.where.size(), 96);
+    }
+    EXPECT_EQ(shown, ran > 0 ? 1 : 0) << method.name;
+    EXPECT_EQ(shown_defaults, defaults) << method.name;
+  }
 #ifndef __SANITIZE_ADDRESS__  // many times slower, it leaves out what the budget does not hold
   EXPECT_TRUE(exact_ran);
 #endif
