@@ -535,11 +535,11 @@ class Comparer {
     if (out_.finer) run.total = relative_error(patches, solved->radiosity, finer_[run.mesh]);
   }
 
-  // One map per method: of the default, or of the dearest that ran without it.
+  // One map per method: of the default, or of the finest that ran without it. Runs are in the order of the ladder.
   void show(TradeRun& run, Eigen::ArrayXd where) {
     for (TradeRun& other : out_.runs) {
       if (other.where.size() == 0 || other.method != run.method) continue;
-      if (other.standard) return;
+      if (!run.standard && (other.standard || &other > &run)) return;
       other.where.resize(0);
     }
     run.where = std::move(where);

@@ -72,7 +72,7 @@ struct TradeRun {
   /// Against a finer mesh with better factors: all that is wrong.
   std::optional<RelativeError> total;
   /// n: largest of the bands of |B_i − R_i| over the mean of R − E, against the same patches. On the user's mesh, for one
-  /// run per method: that of the default setting, or the dearest there is without it.
+  /// run per method: that of the default setting, or the finest there is without it.
   Eigen::ArrayXd where;
 };
 
