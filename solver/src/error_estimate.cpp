@@ -144,9 +144,10 @@ std::optional<PatchError> patch_error(const SolvedProblem& problem, const FormFa
   square[0].maxCoeff(&band);
   const double ratio = square[0][band] > 0 ? std::sqrt(square[1][band] / square[0][band]) : 0;
   // 2^p. Where shadows end inside of patches p is 3/2 in the end, however well the smooth light does on coarse meshes. Where p
-  // is above 2, the coarsest mesh is too coarse for an order, and the least is taken.
+  // is above 2, the coarsest mesh is too coarse for an order, and the least is taken: what furnished rooms show (docs/honesty.md).
+  constexpr double kLeastOrder = 1.15;
   const double measured = ratio - 1;
-  const double gain = std::clamp(measured <= 5 ? measured : 0, 2.0, std::sqrt(8.0));
+  const double gain = std::clamp(measured <= 5 ? measured : 0, std::exp2(kLeastOrder), std::sqrt(8.0));
   return PatchError{square[0] / ((gain - 1) * (gain - 1)), std::log2(gain), half / (gain - 1)};
 }
 

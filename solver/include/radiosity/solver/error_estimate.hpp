@@ -46,7 +46,7 @@ struct SolvedProblem {
 /// have none.
 ///
 /// Patches: meshes of two and four times the patch size h, compared with B averaged over their patches. With an error C h^p
-///   E₂ = C h^p (2^p − 1),  E₄ = C h^p (4^p − 1)  ⇒  2^p = E₄/E₂ − 1  (Richardson, the order measured and kept within [1, 3/2]),
+///   E₂ = C h^p (2^p − 1),  E₄ = C h^p (4^p − 1)  ⇒  2^p = E₄/E₂ − 1  (Richardson, the order measured, kept within [1.15, 3/2]),
 /// after the noise that the form factors bring into E₂ and E₄ has been taken off. The error of B is then E₂ / (2^p − 1).
 ///
 /// Solver: the residual, a share of the power emitted, is amplified at most as much as that power is: the relative error
