@@ -3,7 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <optional>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -14,7 +16,14 @@ namespace radiosity::app {
 namespace {
 
 constexpr Index kPilotPatches = 600;  // seconds at most, whatever the method
-constexpr double kDearSeconds = 10;   // a plan that costs less is not worth the pilot of another method
+constexpr std::string_view kFirstPilot = "hemicube";
+
+// Methods that are tried, too, where the plan costs that much without them.
+struct OtherPilot {
+  std::string_view method;
+  double dear_s;
+};
+constexpr std::array kOtherPilots{OtherPilot{"hemisphere", 0.5}, OtherPilot{"analytic", 10}};
 constexpr int kMostRounds = 8;
 constexpr double kMemoryInUse = 0.8;  // of the limit: a mesh may have more patches than its size lets expect
 
@@ -45,6 +54,7 @@ class Rounds {
       SceneSettings next = settings_;
       next.method = std::string(plan->method->name);
       next.samples = plan->options.samples;
+      if (plan->options.resolution > 0) next.resolution = plan->options.resolution;
       next.patches = PatchSize{plan->patch_size};
       next.tolerance = plan->tolerance;
       solve(next);
@@ -61,13 +71,19 @@ class Rounds {
       pilot(first);
       return;
     }
-    first.method = kAutoMethod;  // pairs where they are closed forms, else rays
+    first.method = kAutoMethod;  // pairs where they are closed forms, else hemicubes
+    first.samples = 4;           // the cheapest of docs/trade.md without the error of a single viewpoint
+    first.resolution = 32;
     pilot(first);
-    if (interrupted() || reached()) return;
-    const auto plan = plan_accuracy(rounds_, limits());
-    if (plan && plan->seconds < kDearSeconds) return;
-    first.method = best_->first.method == "analytic" ? "hemisphere" : "analytic";
-    pilot(first);
+    if (best_->first.exact) return;  // nothing that samples comes near
+    first.samples = first.resolution = std::nullopt;
+    for (const OtherPilot& other : kOtherPilots) {
+      if (interrupted() || reached()) return;
+      const auto plan = plan_accuracy(rounds_, limits());
+      if (plan && plan->seconds < other.dear_s) return;
+      first.method = other.method;
+      pilot(first);
+    }
   }
 
   // Faces that are many leave no coarser mesh to compare a coarse one with.
@@ -84,7 +100,7 @@ class Rounds {
   void solve(const SceneSettings& settings) try {
     Job job(quiet_);
     job.report = job_.report;
-    job.few_patches = 0;
+    job.auto_method = {0, kFirstPilot};
     job.stage.lap();
     Stopwatch watch;
     Solved solved = solve_stage(job, loaded_.scene, settings, {}, loaded_.setups);

@@ -156,13 +156,14 @@ void tell_patches(Job& job, const Patches& patches, const PatchOptions& options)
 }
 
 // Pairs cost n² and are the most accurate; sampled rows cost n and are the fastest where pairs are many.
-MethodChoice choose_method(const Visibility& visibility, Index few_patches) {
+MethodChoice choose_method(const Visibility& visibility, const AutoMethod& rule) {
   const Index n = visibility.mesh().patch_count();
   if (visibility.convex()) return {"analytic", "no patch hides another, so every factor is a closed form"};
-  if (n <= few_patches)
-    return {"analytic",
-            fmt::format("{} patches or fewer: accurate factors of every pair are affordable", few_patches)};
-  return {"hemisphere", fmt::format("more than {} patches: sampling rays is faster than pairs", few_patches)};
+  if (n <= rule.few_patches)
+    return {"analytic", fmt::format("{} patches or fewer: accurate factors of every pair are affordable",
+                                    rule.few_patches)};
+  return {std::string(rule.sampled),
+          fmt::format("more than {} patches: sampling rays is faster than pairs", rule.few_patches)};
 }
 
 std::string settings_text(const FormFactorMethod& method) {
@@ -175,7 +176,7 @@ std::string settings_text(const FormFactorMethod& method) {
 
 ChosenMethod method_stage(Job& job, const Visibility& visibility, const SceneSettings& settings) {
   MethodChoice choice{settings.method.value_or(std::string(kAutoMethod)), ""};
-  if (choice.name == kAutoMethod) choice = choose_method(visibility, job.few_patches);
+  if (choice.name == kAutoMethod) choice = choose_method(visibility, job.auto_method);
   const FormFactorMethodInfo& info = find_form_factor_method(choice.name);
   FormFactorOptions options;
   options.samples = settings.samples.value_or(0);

@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "options.hpp"
@@ -20,6 +21,12 @@
 
 namespace radiosity::app {
 
+/// The rule behind --method auto: pairs where they are closed forms or few, otherwise what samples.
+struct AutoMethod {
+  Index few_patches = 2000;  ///< up to which every pair is computed, obstacles or not
+  std::string_view sampled = "hemisphere";
+};
+
 /// The stages that the subcommands share. Each prints its lines and fills its part of the report.
 struct Job {
   explicit Job(const Options& given);
@@ -28,7 +35,7 @@ struct Job {
   Console console;
   Report report;
   Stopwatch total, stage;
-  Index few_patches = 2000;  ///< up to which --method auto computes every pair, obstacles or not
+  AutoMethod auto_method;
 };
 
 /// Refuses an output that could not be written, before any work is done for it.
@@ -44,11 +51,10 @@ Patches patch_stage(Job& job, const Scene& scene, const SceneSettings& settings)
 /// What patch_stage says of patches, for those that were made elsewhere.
 void tell_patches(Job& job, const Patches& patches, const PatchOptions& options);
 
-/// The rule behind --method auto.
 struct MethodChoice {
   std::string name, why;
 };
-MethodChoice choose_method(const Visibility& visibility, Index few_patches);
+MethodChoice choose_method(const Visibility& visibility, const AutoMethod& rule);
 
 struct ChosenMethod {
   const FormFactorMethodInfo* info;

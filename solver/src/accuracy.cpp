@@ -15,8 +15,9 @@ constexpr double kSolverShare = 0.05;  // of the error: passes over F are cheap
 AccuracyPlan scale(const AccuracyRound& round, double target) {
   const double p = round.error.order.value_or(1);
   const double q = round.reciprocal ? 2 : 1;
-  const double a = round.reciprocal ? 2 : 1.3;
-  const double b = round.exact ? 0 : round.reciprocal ? 0.5 : 0.8;
+  const bool cells = round.options.resolution > 0;
+  const double a = round.reciprocal ? 2 : cells ? 1.8 : 1.3;
+  const double b = round.exact ? 0 : round.reciprocal ? 0.5 : cells ? 0.6 : 0.8;
   const double squared = target * target * (1 - kSolverShare * kSolverShare);
   const double patch_error = round.error.patches.value_or(0);
   const double noise = round.error.form_factors;
@@ -28,9 +29,9 @@ AccuracyPlan scale(const AccuracyRound& round, double target) {
     more_samples = std::pow(noise * noise / noise_squared, 1 / q);
     // Samples are whole and bounded: what is then over or under goes to the patches.
     const double samples = static_cast<double>(round.options.samples);
-    const double least = round.reciprocal ? 1 : 64;
-    constexpr double kMost = 1 << 18;
-    more_samples = std::clamp(more_samples, std::min(1.0, least / samples), std::max(1.0, kMost / samples));
+    const double least = round.reciprocal ? 1 : cells ? 4 : 64;
+    const double most = cells ? 16 : 1 << 18;  // more viewpoints do not mend what the cells are wrong by
+    more_samples = std::clamp(more_samples, std::min(1.0, least / samples), std::max(1.0, most / samples));
     noise_squared = noise * noise * std::pow(more_samples, -q);
   }
   const double patch_squared = std::max(squared - noise_squared, 0.1 * squared);
@@ -50,7 +51,7 @@ AccuracyPlan scale(const AccuracyRound& round, double target) {
   plan.tolerance = kSolverShare * target;
   plan.error = std::sqrt(noise_squared + patch_error * patch_error * std::pow(more_patches, -p)) / kAim;
   plan.seconds = round.seconds * std::pow(more_patches, a) * std::pow(more_samples, b);
-  plan.bytes = assembly_bytes(plan.patches, round.reciprocal ? plan.patches : plan.options.samples);
+  plan.bytes = assembly_bytes(plan.patches, round.reciprocal || cells ? plan.patches : plan.options.samples);
   return plan;
 }
 

@@ -48,6 +48,15 @@ TEST_F(Accuracy, IsDeliveredOnTheCube) {
   }
 }
 
+TEST_F(Accuracy, TriesOtherMethodsOnlyWhereTheFirstIsDear) {
+  const std::string scene = RADIOSITY_SOURCE_DIR "/scenes/cornell-box.toml";
+  ASSERT_EQ(run({"solve", scene, "-o", "out.vtp", "--accuracy", "10", "--report", "out.json"}).status, 0);
+  const json rounds = report()["accuracy"]["rounds"];
+  ASSERT_EQ(rounds.size(), 1U);
+  EXPECT_EQ(rounds[0]["method"], "hemicube");
+  EXPECT_TRUE(report()["modelled"]["occlusion"]);
+}
+
 TEST_F(Accuracy, SaysSoWhereItIsOutOfReach) {
   write_cube();
   const Outcome result = run({"solve", "cube.toml", "-o", "out.vtp", "--accuracy", "0.001", "--memory-limit",
