@@ -16,7 +16,6 @@ namespace radiosity::app {
 namespace {
 
 constexpr Index kPilotPatches = 600;  // seconds at most, whatever the method
-constexpr std::string_view kFirstPilot = "hemicube";
 
 // Methods that are tried, too, where the plan costs that much without them.
 struct OtherPilot {
@@ -71,12 +70,14 @@ class Rounds {
       pilot(first);
       return;
     }
-    first.method = kAutoMethod;  // pairs where they are closed forms, else hemicubes
-    first.samples = 4;           // the cheapest of docs/trade.md without the error of a single viewpoint
+    // Pairs where they are closed forms, rays where faces are many, else hemicubes of four viewpoints and 32 cells: the cheapest of
+    // docs/trade.md without the error of a single viewpoint.
+    first.method = kAutoMethod;
     first.resolution = 32;
     pilot(first);
-    if (best_->first.exact) return;  // nothing that samples comes near
-    first.samples = first.resolution = std::nullopt;
+    // Nothing that samples comes near exact pairs; what costs n² is no pilot where faces are many.
+    if (best_->first.exact || best_->first.method == "hemisphere") return;
+    first.resolution = std::nullopt;
     for (const OtherPilot& other : kOtherPilots) {
       if (interrupted() || reached()) return;
       const auto plan = plan_accuracy(rounds_, limits());
@@ -88,11 +89,13 @@ class Rounds {
 
   // Faces that are many leave no coarser mesh to compare a coarse one with.
   void pilot(SceneSettings settings) {
-    for (Index target = kPilotPatches; !interrupted(); target *= 4) {
+    for (Index target = kPilotPatches;; target *= 4) {
       settings.patches = AutoPatches{target};
       const std::size_t before = rounds_.size();
       solve(settings);
-      if (rounds_.size() == before || rounds_.back().error.patches || target > 10 * kPilotPatches) return;
+      if (interrupted() || rounds_.size() == before || rounds_.back().error.patches ||
+          target > 10 * kPilotPatches)
+        return;
     }
   }
 
@@ -100,7 +103,7 @@ class Rounds {
   void solve(const SceneSettings& settings) try {
     Job job(quiet_);
     job.report = job_.report;
-    job.auto_method = {0, kFirstPilot};
+    job.auto_method.where_few = "hemicube";
     job.stage.lap();
     Stopwatch watch;
     Solved solved = solve_stage(job, loaded_.scene, settings, {}, loaded_.setups);

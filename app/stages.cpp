@@ -155,15 +155,15 @@ void tell_patches(Job& job, const Patches& patches, const PatchOptions& options)
                    facts.area_m2);
 }
 
-// Pairs cost n² and are the most accurate; sampled rows cost n and are the fastest where pairs are many.
-MethodChoice choose_method(const Visibility& visibility, const AutoMethod& rule) {
+MethodChoice choose_method(const Visibility& visibility, AutoMethod rule) {
+  // Pairs cost n² and are the most accurate; sampled rows cost n and are the fastest where pairs are many.
+  constexpr Index kFewPatches = 2000;
   const Index n = visibility.mesh().patch_count();
   if (visibility.convex()) return {"analytic", "no patch hides another, so every factor is a closed form"};
-  if (n <= rule.few_patches)
-    return {"analytic", fmt::format("{} patches or fewer: accurate factors of every pair are affordable",
-                                    rule.few_patches)};
-  return {std::string(rule.sampled),
-          fmt::format("more than {} patches: sampling rays is faster than pairs", rule.few_patches)};
+  if (n <= kFewPatches)
+    return {std::string(rule.where_few),
+            fmt::format("{} patches or fewer: accurate factors of every pair are affordable", kFewPatches)};
+  return {"hemisphere", fmt::format("more than {} patches: sampling rays is faster than pairs", kFewPatches)};
 }
 
 std::string settings_text(const FormFactorMethod& method) {

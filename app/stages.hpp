@@ -21,10 +21,9 @@
 
 namespace radiosity::app {
 
-/// The rule behind --method auto: pairs where they are closed forms or few, otherwise what samples.
+/// The rule behind --method auto: pairs where they are closed forms, otherwise rays, or what is better where patches are few.
 struct AutoMethod {
-  Index few_patches = 2000;  ///< up to which every pair is computed, obstacles or not
-  std::string_view sampled = "hemisphere";
+  std::string_view where_few = "analytic";
 };
 
 /// The stages that the subcommands share. Each prints its lines and fills its part of the report.
@@ -54,7 +53,7 @@ void tell_patches(Job& job, const Patches& patches, const PatchOptions& options)
 struct MethodChoice {
   std::string name, why;
 };
-MethodChoice choose_method(const Visibility& visibility, const AutoMethod& rule);
+MethodChoice choose_method(const Visibility& visibility, AutoMethod rule);
 
 struct ChosenMethod {
   const FormFactorMethodInfo* info;
