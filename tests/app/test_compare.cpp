@@ -91,7 +91,8 @@ TEST_F(Compare, WritesATableAReportAndAPageOfItsOwn) {
 
 TEST_F(Compare, RecommendsACommandThatRuns) {
   write_cube();
-  ASSERT_EQ(compare("cube.toml", "out").status, 0);
+  // All of it fits: what is advised must not hang on what the machine has time for.
+  ASSERT_EQ(run({"compare", "cube.toml", "-o", "out", "--budget", "60", "--patch-size", "0.25"}).status, 0);
   const auto json = nlohmann::json::parse(read("out/trade.json"));
   ASSERT_EQ(json["advice"].size(), 4U);
   const auto& five = json["advice"][0];
