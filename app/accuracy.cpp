@@ -103,7 +103,7 @@ class Rounds {
   void solve(const SceneSettings& settings) try {
     Job job(quiet_);
     job.report = job_.report;
-    job.auto_method.where_few = "hemicube";
+    job.where_few = "hemicube";
     job.stage.lap();
     Stopwatch watch;
     Solved solved = solve_stage(job, loaded_.scene, settings, {}, loaded_.setups);

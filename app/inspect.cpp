@@ -69,7 +69,7 @@ int run_inspect(const Options& options) {
   const int threads = options.threads > 0
                           ? options.threads
                           : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  const std::string automatic = choose_method(visibility, job.auto_method).name;
+  const std::string automatic = choose_method(visibility, job.where_few).name;
   job.console.line("estimate", "time for the form factors on {} {}, from a sample of rows:", threads,
                    threads == 1 ? "thread" : "threads");
   for (const FormFactorMethodInfo& info : form_factor_methods()) {

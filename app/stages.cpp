@@ -155,13 +155,13 @@ void tell_patches(Job& job, const Patches& patches, const PatchOptions& options)
                    facts.area_m2);
 }
 
-MethodChoice choose_method(const Visibility& visibility, AutoMethod rule) {
+MethodChoice choose_method(const Visibility& visibility, std::string_view where_few) {
   // Pairs cost n² and are the most accurate; sampled rows cost n and are the fastest where pairs are many.
   constexpr Index kFewPatches = 2000;
   const Index n = visibility.mesh().patch_count();
   if (visibility.convex()) return {"analytic", "no patch hides another, so every factor is a closed form"};
   if (n <= kFewPatches)
-    return {std::string(rule.where_few),
+    return {std::string(where_few),
             fmt::format("{} patches or fewer: accurate factors of every pair are affordable", kFewPatches)};
   return {"hemisphere", fmt::format("more than {} patches: sampling rays is faster than pairs", kFewPatches)};
 }
@@ -176,7 +176,7 @@ std::string settings_text(const FormFactorMethod& method) {
 
 ChosenMethod method_stage(Job& job, const Visibility& visibility, const SceneSettings& settings) {
   MethodChoice choice{settings.method.value_or(std::string(kAutoMethod)), ""};
-  if (choice.name == kAutoMethod) choice = choose_method(visibility, job.auto_method);
+  if (choice.name == kAutoMethod) choice = choose_method(visibility, job.where_few);
   const FormFactorMethodInfo& info = find_form_factor_method(choice.name);
   FormFactorOptions options;
   options.samples = settings.samples.value_or(0);

@@ -21,11 +21,6 @@
 
 namespace radiosity::app {
 
-/// The rule behind --method auto: pairs where they are closed forms, otherwise rays, or what is better where patches are few.
-struct AutoMethod {
-  std::string_view where_few = "analytic";
-};
-
 /// The stages that the subcommands share. Each prints its lines and fills its part of the report.
 struct Job {
   explicit Job(const Options& given);
@@ -34,7 +29,7 @@ struct Job {
   Console console;
   Report report;
   Stopwatch total, stage;
-  AutoMethod auto_method;
+  std::string_view where_few = "analytic";  ///< what --method auto takes where patches are few
 };
 
 /// Refuses an output that could not be written, before any work is done for it.
@@ -50,10 +45,11 @@ Patches patch_stage(Job& job, const Scene& scene, const SceneSettings& settings)
 /// What patch_stage says of patches, for those that were made elsewhere.
 void tell_patches(Job& job, const Patches& patches, const PatchOptions& options);
 
+/// The rule behind --method auto: pairs where they are closed forms, `where_few` where patches are few, otherwise rays.
 struct MethodChoice {
   std::string name, why;
 };
-MethodChoice choose_method(const Visibility& visibility, AutoMethod rule);
+MethodChoice choose_method(const Visibility& visibility, std::string_view where_few);
 
 struct ChosenMethod {
   const FormFactorMethodInfo* info;

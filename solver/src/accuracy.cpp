@@ -11,13 +11,22 @@ constexpr double kAim = 0.85;       // of the goal: what an estimate of it waver
 constexpr double kMostGrowth = 32;  // of the number of patches, beyond which an extrapolation is not trusted
 constexpr double kSolverShare = 0.05;  // of the error: passes over F are cheap
 
+// Exponents of a kind of method, and what its numbers of samples may be: see plan_accuracy.
+struct Kind {
+  double q, a, b;
+  double least, most;
+  bool dense;  // rows without zeros to speak of, however few the samples
+};
+constexpr double kMostSamples = 1 << 18;
+constexpr Kind kPairs{2, 2, 0.5, 1, kMostSamples, true};
+constexpr Kind kRays{1, 1.3, 0.8, 64, kMostSamples, false};
+constexpr Kind kCells{1, 1.8, 0.6, 4, 16, true};  // more viewpoints do not mend what the cells are wrong by
+
 // What fulfils the goal with the patches and samples of one round scaled up.
 AccuracyPlan scale(const AccuracyRound& round, double target) {
   const double p = round.error.order.value_or(1);
-  const double q = round.reciprocal ? 2 : 1;
-  const bool cells = round.options.resolution > 0;
-  const double a = round.reciprocal ? 2 : cells ? 1.8 : 1.3;
-  const double b = round.exact ? 0 : round.reciprocal ? 0.5 : cells ? 0.6 : 0.8;
+  const Kind& kind = round.reciprocal ? kPairs : round.options.resolution > 0 ? kCells : kRays;
+  const double q = kind.q, a = kind.a, b = round.exact ? 0 : kind.b;
   const double squared = target * target * (1 - kSolverShare * kSolverShare);
   const double patch_error = round.error.patches.value_or(0);
   const double noise = round.error.form_factors;
@@ -29,9 +38,8 @@ AccuracyPlan scale(const AccuracyRound& round, double target) {
     more_samples = std::pow(noise * noise / noise_squared, 1 / q);
     // Samples are whole and bounded: what is then over or under goes to the patches.
     const double samples = static_cast<double>(round.options.samples);
-    const double least = round.reciprocal ? 1 : cells ? 4 : 64;
-    const double most = cells ? 16 : 1 << 18;  // more viewpoints do not mend what the cells are wrong by
-    more_samples = std::clamp(more_samples, std::min(1.0, least / samples), std::max(1.0, most / samples));
+    more_samples =
+        std::clamp(more_samples, std::min(1.0, kind.least / samples), std::max(1.0, kind.most / samples));
     noise_squared = noise * noise * std::pow(more_samples, -q);
   }
   const double patch_squared = std::max(squared - noise_squared, 0.1 * squared);
@@ -51,7 +59,7 @@ AccuracyPlan scale(const AccuracyRound& round, double target) {
   plan.tolerance = kSolverShare * target;
   plan.error = std::sqrt(noise_squared + patch_error * patch_error * std::pow(more_patches, -p)) / kAim;
   plan.seconds = round.seconds * std::pow(more_patches, a) * std::pow(more_samples, b);
-  plan.bytes = assembly_bytes(plan.patches, round.reciprocal || cells ? plan.patches : plan.options.samples);
+  plan.bytes = assembly_bytes(plan.patches, kind.dense ? plan.patches : plan.options.samples);
   return plan;
 }
 

@@ -530,19 +530,19 @@ class Comparer {
     const PatchMesh& patches = mesh.patches.mesh;
     if (run.mesh == out_.own) {
       run.factors = relative_error(patches, solved->radiosity, out_.radiosity);
-      show(run, where_wrong(patches, solved->radiosity, out_.radiosity));
+      show(run, solved->radiosity);
     }
     if (out_.finer) run.total = relative_error(patches, solved->radiosity, finer_[run.mesh]);
   }
 
   // One map per method: of the default, or of the finest that ran without it. Runs are in the order of the ladder.
-  void show(TradeRun& run, Eigen::ArrayXd where) {
+  void show(TradeRun& run, const BandArray& radiosity) {
     for (TradeRun& other : out_.runs) {
       if (other.where.size() == 0 || other.method != run.method) continue;
       if (!run.standard && (other.standard || &other > &run)) return;
       other.where.resize(0);
     }
-    run.where = std::move(where);
+    run.where = where_wrong(meshes_[out_.own]->patches.mesh, radiosity, out_.radiosity);
   }
 
   Scene scene_;
