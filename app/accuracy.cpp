@@ -73,6 +73,7 @@ class Rounds {
     // Pairs where they are closed forms, rays where faces are many, else hemicubes of four viewpoints and 32 cells: the cheapest of
     // docs/trade.md without the error of a single viewpoint.
     first.method = kAutoMethod;
+    first.samples = std::nullopt;  // those of a scene file are of no certain method
     first.resolution = 32;
     pilot(first);
     // Nothing that samples comes near exact pairs; what costs n² is no pilot where faces are many.
