@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <unordered_map>
+#include <utility>
 
 #include "radiosity/meshing/patch_locator.hpp"
 #include "solvers.hpp"
@@ -19,11 +21,12 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 struct Stopped {};
 
 BandArray solve_on(const SolvedProblem& problem, const PatchMesh& mesh, const Visibility& visibility,
-                   const FormFactorOptions& options) {
+                   const FormFactorOptions& options, Index* lamps = nullptr) {
   const auto method = problem.method.make(visibility, options);
   AssemblyReport report;
   const FormFactorMatrix f = assemble(*method, visibility, problem.assembly, &report);
   if (!report.completed) throw Stopped{};
+  if (lamps != nullptr) *lamps = report.lamps;
   SolverOptions solver = problem.solver_options;
   solver.step = {};
   return problem.solver.solve(RadiositySystem(f, mesh), solver).radiosity;
@@ -35,9 +38,9 @@ struct Cheaper {
   double divisor;
 };
 
-Cheaper cheaper(const SolvedProblem& problem, const FormFactorMethod& method) {
-  Cheaper out{problem.form_factor_options, 1};
-  const Index samples = method.options().samples;
+Cheaper cheaper(const FormFactorMethod& method, const FormFactorOptions& options) {
+  Cheaper out{options, 1};
+  const Index samples = options.samples;
   if (method.reciprocal()) {  // pairs: the error falls as 1/N
     out.options.samples = std::max<Index>(1, samples / 4);
     out.divisor = static_cast<double>(samples) / static_cast<double>(out.options.samples) - 1;
@@ -85,70 +88,115 @@ BandArray smooth(const PatchMesh& mesh, const BandArray& error) {
   return out;
 }
 
+// The scene solved on larger patches, and what B of the finer mesh is on them.
+struct Coarser {
+  Coarser(const SolvedProblem& problem, Patches&& larger, const FormFactorOptions& options)
+      : patches(std::move(larger)),
+        visibility(patches.mesh),
+        radiosity(solve_on(problem, patches.mesh, visibility, options, &lamps)) {
+    const PatchMesh& fine = problem.patches.mesh;
+    difference = radiosity - restrict_to(patches.mesh, fine, problem.solution.radiosity, &parent);
+    // A small face that is one patch on both meshes tells nothing of the error of patches; it is taken to have that of the others.
+    std::vector<int> pieces(static_cast<std::size_t>(patches.mesh.patch_count()), 0);
+    for (const Index p : parent)
+      if (p >= 0) ++pieces[static_cast<std::size_t>(p)];
+    for (Index p = 0; p < patches.mesh.patch_count(); ++p)
+      if (pieces[static_cast<std::size_t>(p)] == 1) difference.row(p).setConstant(kNan);
+  }
+
+  BandArray reflected() const { return radiosity - patches.mesh.emission(); }
+
+  // Values on these patches, on those of the finer mesh that lie in them.
+  BandArray on_finer(const BandArray& values) const {
+    BandArray out = BandArray::Zero(static_cast<Index>(parent.size()), values.cols());
+    for (Index i = 0; i < out.rows(); ++i) {
+      const auto p = parent[static_cast<std::size_t>(i)];
+      if (p >= 0 && !values.row(p).isNaN().any()) out.row(i) = values.row(p);
+    }
+    return out;
+  }
+
+  Patches patches;
+  Visibility visibility;
+  Index lamps = 0;  // before `radiosity`, which sets it
+  BandArray radiosity;
+  BandArray difference;
+  std::vector<Index> parent;
+};
+
+// Absent, with a note, where no coarser mesh tells the error of the patches.
+std::unique_ptr<Coarser> twice_the_size(const SolvedProblem& problem, const FormFactorOptions& options,
+                                        std::vector<std::string>& notes) {
+  if (!(problem.patches.patch_size > 0)) {
+    notes.emplace_back(
+        "error of the patches: the faces were kept as they are, so there is no coarser mesh to compare with");
+    return nullptr;
+  }
+  const Index n = problem.patches.mesh.patch_count();
+  Patches larger = make_patches(problem.scene, PatchSize{2 * problem.patches.patch_size});
+  if (larger.mesh.patch_count() > 0.7 * n) {
+    notes.push_back(fmt::format(
+        "error of the patches: twice their size still gives {} of {} patches, too many to tell the order",
+        larger.mesh.patch_count(), n));
+    return nullptr;
+  }
+  return std::make_unique<Coarser>(problem, std::move(larger), options);
+}
+
+struct Noise {
+  Eigen::ArrayXd relative_square;  // per band
+  BandArray per_patch;
+};
+
+Noise form_factor_error(const SolvedProblem& problem, const FormFactorMethod& method, const Coarser* twice) {
+  const PatchMesh& mesh = problem.patches.mesh;
+  const BandArray& radiosity = problem.solution.radiosity;
+  if (method.exact())
+    return {Eigen::ArrayXd::Zero(radiosity.cols()), BandArray::Zero(radiosity.rows(), radiosity.cols())};
+  // Cells are dear, and what they are wrong by falls with the size of the patches, as viewpoints then stand closer: unless lamps
+  // are among what they see on one mesh only. Rays are cheap, a sixteenth of them on the same mesh.
+  if (twice != nullptr && method.options().resolution > 0 && (twice->lamps > 0) == (problem.lamps > 0)) {
+    const Cheaper other = cheaper(method, method.options());
+    const BandArray error =
+        (solve_on(problem, twice->patches.mesh, twice->visibility, other.options) - twice->radiosity) /
+        (2 * other.divisor);
+    return {mean_square(twice->patches.mesh, error, twice->reflected()),
+            twice->on_finer(smooth(twice->patches.mesh, error))};
+  }
+  const Cheaper other = cheaper(method, method.options());
+  const BandArray error =
+      (solve_on(problem, mesh, problem.visibility, other.options) - radiosity) / other.divisor;
+  return {mean_square(mesh, error, radiosity - mesh.emission()), smooth(mesh, error)};
+}
+
 struct PatchError {
   Eigen::ArrayXd relative_square;  // per band
   double order;
   BandArray per_patch;
 };
 
-// Absent, with a note, where the meshes do not tell. `noise` is the mean square of that of B. Rays are spared on the coarser
-// meshes, whose rows then have more of it.
-std::optional<PatchError> patch_error(const SolvedProblem& problem, const FormFactorMethod& method,
-                                      const Eigen::ArrayXd& noise, std::vector<std::string>& notes) {
-  const PatchMesh& mesh = problem.patches.mesh;
-  const BandArray& radiosity = problem.solution.radiosity;
-  if (!(problem.patches.patch_size > 0)) {
-    notes.emplace_back(
-        "error of the patches: the faces were kept as they are, so there is no coarser mesh to compare with");
-    return std::nullopt;
-  }
-  FormFactorOptions options = problem.form_factor_options;
-  double noisier = 1;
-  if (!method.reciprocal() && method.options().resolution == 0) {
-    options.samples = std::max<Index>(64, method.options().samples / 4);
-    noisier = static_cast<double>(method.options().samples) / static_cast<double>(options.samples);
-  }
-  std::array<Eigen::ArrayXd, 2> square;
-  BandArray half;  // e at 2h, on the patches of this mesh
-  for (std::size_t level = 0; level < 2; ++level) {
-    const double factor = level == 0 ? 2 : 4;
-    const Patches coarse = make_patches(problem.scene, PatchSize{factor * problem.patches.patch_size});
-    if (level == 0 && coarse.mesh.patch_count() > 0.7 * mesh.patch_count()) {
-      notes.push_back(fmt::format(
-          "error of the patches: twice their size still gives {} of {} patches, too many to tell the order",
-          coarse.mesh.patch_count(), mesh.patch_count()));
-      return std::nullopt;
-    }
-    const Visibility visibility(coarse.mesh);
-    const BandArray b = solve_on(problem, coarse.mesh, visibility, options);
-    std::vector<Index> parent;
-    BandArray difference = b - restrict_to(coarse.mesh, mesh, radiosity, &parent);
-    // A small face that is one patch on both meshes tells nothing of the error of patches; it is taken to have that of the others.
-    std::vector<int> pieces(static_cast<std::size_t>(coarse.mesh.patch_count()), 0);
-    for (const Index p : parent)
-      if (p >= 0) ++pieces[static_cast<std::size_t>(p)];
-    for (Index p = 0; p < coarse.mesh.patch_count(); ++p)
-      if (pieces[static_cast<std::size_t>(p)] == 1) difference.row(p).setConstant(kNan);
-    const Eigen::ArrayXd raw = mean_square(coarse.mesh, difference, b - coarse.mesh.emission());
-    // The mean over factor² patches has that much less noise; the coarse solution has its own.
-    square[level] = (raw - noise * (noisier + 1 / (factor * factor))).max(0.04 * raw);
-    if (level > 0) continue;
-    half = BandArray::Zero(mesh.patch_count(), radiosity.cols());
-    for (Index i = 0; i < mesh.patch_count(); ++i) {
-      const auto p = parent[static_cast<std::size_t>(i)];
-      if (p >= 0 && !difference.row(p).isNaN().any()) half.row(i) = difference.row(p).abs();
-    }
-  }
+// `noise` is the mean square of that of B, the coarser solutions have `noisier` times as much.
+PatchError patch_error(const SolvedProblem& problem, const Coarser& twice, const FormFactorOptions& options,
+                       const Eigen::ArrayXd& noise, double noisier) {
+  // The mean over factor² patches has that much less noise; the coarse solution has its own.
+  const auto square = [&](const Coarser& coarse, double factor) -> Eigen::ArrayXd {
+    const Eigen::ArrayXd raw = mean_square(coarse.patches.mesh, coarse.difference, coarse.reflected());
+    return (raw - noise * (noisier + 1 / (factor * factor))).max(0.04 * raw);
+  };
+  const Eigen::ArrayXd half = square(twice, 2);
+  const Eigen::ArrayXd quarter = square(
+      Coarser(problem, make_patches(problem.scene, PatchSize{4 * problem.patches.patch_size}), options), 4);
   // One order for all bands, from that with the largest error.
   Eigen::Index band = 0;
-  square[0].maxCoeff(&band);
-  const double ratio = square[0][band] > 0 ? std::sqrt(square[1][band] / square[0][band]) : 0;
+  half.maxCoeff(&band);
+  const double ratio = half[band] > 0 ? std::sqrt(quarter[band] / half[band]) : 0;
   // 2^p. Where shadows end inside of patches p is 3/2 in the end, however well the smooth light does on coarse meshes. Where p
   // is above 2, the coarsest mesh is too coarse for an order, and the least is taken: what furnished rooms show (docs/honesty.md).
   constexpr double kLeastOrder = 1.15;
   const double measured = ratio - 1;
   const double gain = std::clamp(measured <= 5 ? measured : 0, std::exp2(kLeastOrder), std::sqrt(8.0));
-  return PatchError{square[0] / ((gain - 1) * (gain - 1)), std::log2(gain), half / (gain - 1)};
+  return {half / ((gain - 1) * (gain - 1)), std::log2(gain),
+          twice.on_finer(twice.difference.abs()) / (gain - 1)};
 }
 
 }  // namespace
@@ -239,23 +287,27 @@ std::optional<ErrorEstimate> estimate_error(const SolvedProblem& problem) try {
   ErrorEstimate out;
   out.solver = problem.solution.report.residual;
 
-  BandArray noise = BandArray::Zero(radiosity.rows(), radiosity.cols());
   const auto method = problem.method.make(problem.visibility, problem.form_factor_options);
-  if (!method->exact()) {
-    const Cheaper other = cheaper(problem, *method);
-    noise = (solve_on(problem, mesh, problem.visibility, other.options) - radiosity) / other.divisor;
+  // Rays are spared on the coarser meshes, whose rows then have more noise.
+  FormFactorOptions options = method->options();
+  double noisier = 1;
+  if (!method->reciprocal() && options.resolution == 0) {
+    options.samples = std::max<Index>(64, options.samples / 4);
+    noisier = static_cast<double>(method->options().samples) / static_cast<double>(options.samples);
   }
-  const BandArray reflected = radiosity - mesh.emission();
-  const Eigen::ArrayXd noise_square = mean_square(mesh, noise, reflected);
-  out.form_factors = std::sqrt(noise_square.maxCoeff());
+  const std::unique_ptr<Coarser> twice = twice_the_size(problem, options, out.notes);
+  const Noise noise = form_factor_error(problem, *method, twice.get());
+  out.form_factors = std::sqrt(noise.relative_square.maxCoeff());
 
-  Eigen::ArrayXd square = noise_square + out.solver * out.solver;
-  out.per_patch = smooth(mesh, noise).square() + (out.solver * reflected).square();
-  if (const auto patches = patch_error(problem, *method, noise_square, out.notes)) {
-    out.patches = std::sqrt(patches->relative_square.maxCoeff());
-    out.order = patches->order;
-    square += patches->relative_square;
-    out.per_patch += patches->per_patch.square();
+  const BandArray reflected = radiosity - mesh.emission();
+  Eigen::ArrayXd square = noise.relative_square + out.solver * out.solver;
+  out.per_patch = noise.per_patch.square() + (out.solver * reflected).square();
+  if (twice) {
+    const PatchError patches = patch_error(problem, *twice, options, noise.relative_square, noisier);
+    out.patches = std::sqrt(patches.relative_square.maxCoeff());
+    out.order = patches.order;
+    square += patches.relative_square;
+    out.per_patch += patches.per_patch.square();
   }
   out.per_patch = out.per_patch.sqrt();
   out.total = std::sqrt(square.maxCoeff());

@@ -24,12 +24,13 @@ Estimated run(const Scene& scene, const PatchOptions& patch_options, std::string
   Patches patches = make_patches(scene, patch_options);
   const Visibility visibility(patches.mesh);
   const FormFactorMethodInfo& info = find_form_factor_method(method);
-  const FormFactorMatrix f = assemble(*info.make(visibility, options), visibility);
+  AssemblyReport assembly;
+  const FormFactorMatrix f = assemble(*info.make(visibility, options), visibility, {}, &assembly);
   const auto solver = find_solver("conjugate-gradient").make();
   const RadiositySystem system(f, patches.mesh);
   const Solution solution = solve(*solver, system, patches.mesh);
-  const auto estimate = estimate_error(
-      {scene, patches, visibility, info, options, AssemblyOptions{}, *solver, SolverOptions{}, solution});
+  const auto estimate = estimate_error({scene, patches, visibility, info, options, AssemblyOptions{}, *solver,
+                                        SolverOptions{}, solution, assembly.lamps});
   return {estimate.value(), std::move(patches), solution.radiosity};
 }
 

@@ -45,13 +45,22 @@ Solved solve_scene(const Scene& scene, const PatchOptions& patch_options, const 
   Solved out{make_patches(scene, patch_options), {}, {}};
   const Visibility visibility(out.patches.mesh);
   const FormFactorMethodInfo& info = find_form_factor_method(setting.method);
-  const FormFactorMatrix f = assemble(*info.make(visibility, setting.options), visibility);
+  AssemblyReport assembly;
+  const FormFactorMatrix f = assemble(*info.make(visibility, setting.options), visibility, {}, &assembly);
   const auto solver = find_solver("conjugate-gradient").make();
   const Solution solution = solve(*solver, RadiositySystem(f, out.patches.mesh), out.patches.mesh);
   out.radiosity = solution.radiosity;
   if (estimate)
-    out.estimate = estimate_error(
-        {scene, out.patches, visibility, info, setting.options, {}, *solver, SolverOptions{}, solution});
+    out.estimate = estimate_error({scene,
+                                   out.patches,
+                                   visibility,
+                                   info,
+                                   setting.options,
+                                   {},
+                                   *solver,
+                                   SolverOptions{},
+                                   solution,
+                                   assembly.lamps});
   return out;
 }
 

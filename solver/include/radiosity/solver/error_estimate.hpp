@@ -36,11 +36,13 @@ struct SolvedProblem {
   const Solver& solver;
   SolverOptions solver_options;
   const Solution& solution;
+  Index lamps = 0;  ///< AssemblyReport::lamps
 };
 
 /// Estimates the error of a solution by solving three cheaper problems:
 ///
-/// Form factors: the same mesh with fewer samples. Where the method samples, the two are independent; if the cheaper one has r
+/// Form factors: the same mesh with fewer samples; hemicubes, which are dear, on patches of twice the size and halved, as their
+/// error falls with it (unless lamps are computed pair by pair on only one of the meshes). Where the method samples, the two are independent; if the cheaper one has r
 /// times the variance, the rms of the difference D is √(1 + r) times the error of the better one. Where it is
 /// deterministic and its error falls as 1/N with the number of points, D is N/N' − 1 times that error. Methods that are exact
 /// have none.
