@@ -38,9 +38,9 @@ struct Cheaper {
   double divisor;
 };
 
-Cheaper cheaper(const FormFactorMethod& method, const FormFactorOptions& options) {
-  Cheaper out{options, 1};
-  const Index samples = options.samples;
+Cheaper cheaper(const FormFactorMethod& method) {
+  Cheaper out{method.options(), 1};
+  const Index samples = out.options.samples;
   if (method.reciprocal()) {  // pairs: the error falls as 1/N
     out.options.samples = std::max<Index>(1, samples / 4);
     out.divisor = static_cast<double>(samples) / static_cast<double>(out.options.samples) - 1;
@@ -50,7 +50,7 @@ Cheaper cheaper(const FormFactorMethod& method, const FormFactorOptions& options
   ++out.options.seed;
   // Directions: the square of the error falls as 1/N, and both have one. Where there is but one viewpoint, four in its place:
   // another turn of the same cube would not show that it stands at the centre.
-  const bool cells = method.options().resolution > 0;
+  const bool cells = out.options.resolution > 0;
   out.options.samples =
       cells ? (samples >= 4 ? samples / 4 : 4 * samples) : std::max<Index>(16, samples / 16);
   out.divisor = std::sqrt(1 + static_cast<double>(samples) / static_cast<double>(out.options.samples));
@@ -153,17 +153,16 @@ Noise form_factor_error(const SolvedProblem& problem, const FormFactorMethod& me
   const BandArray& radiosity = problem.solution.radiosity;
   if (method.exact())
     return {Eigen::ArrayXd::Zero(radiosity.cols()), BandArray::Zero(radiosity.rows(), radiosity.cols())};
+  const Cheaper other = cheaper(method);
   // Cells are dear, and what they are wrong by falls with the size of the patches, as viewpoints then stand closer: unless lamps
   // are among what they see on one mesh only. Rays are cheap, a sixteenth of them on the same mesh.
   if (twice != nullptr && method.options().resolution > 0 && (twice->lamps > 0) == (problem.lamps > 0)) {
-    const Cheaper other = cheaper(method, method.options());
     const BandArray error =
         (solve_on(problem, twice->patches.mesh, twice->visibility, other.options) - twice->radiosity) /
         (2 * other.divisor);
     return {mean_square(twice->patches.mesh, error, twice->reflected()),
             twice->on_finer(smooth(twice->patches.mesh, error))};
   }
-  const Cheaper other = cheaper(method, method.options());
   const BandArray error =
       (solve_on(problem, mesh, problem.visibility, other.options) - radiosity) / other.divisor;
   return {mean_square(mesh, error, radiosity - mesh.emission()), smooth(mesh, error)};

@@ -41,11 +41,11 @@ struct SolvedProblem {
 
 /// Estimates the error of a solution by solving three cheaper problems:
 ///
-/// Form factors: the same mesh with fewer samples; hemicubes, which are dear, on patches of twice the size and halved, as their
-/// error falls with it (unless lamps are computed pair by pair on only one of the meshes). Where the method samples, the two are independent; if the cheaper one has r
+/// Form factors: the same mesh with fewer samples. Where the method samples, the two are independent; if the cheaper one has r
 /// times the variance, the rms of the difference D is √(1 + r) times the error of the better one. Where it is
 /// deterministic and its error falls as 1/N with the number of points, D is N/N' − 1 times that error. Methods that are exact
-/// have none.
+/// have none. Hemicubes, which are dear, are compared on patches of twice the size instead, and D is halved, as their error
+/// falls with the size (unless lamps are computed pair by pair on only one of the two meshes).
 ///
 /// Patches: meshes of two and four times the patch size h, compared with B averaged over their patches. With an error C h^p
 ///   E₂ = C h^p (2^p − 1),  E₄ = C h^p (4^p − 1)  ⇒  2^p = E₄/E₂ − 1  (Richardson, the order measured, kept within [1.15, 3/2]),
