@@ -20,16 +20,20 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 struct Stopped {};
 
-BandArray solve_on(const SolvedProblem& problem, const PatchMesh& mesh, const Visibility& visibility,
-                   const FormFactorOptions& options, Index* lamps = nullptr) {
+struct Solved {
+  BandArray radiosity;
+  Index lamps;  // AssemblyReport::lamps
+};
+
+Solved solve_on(const SolvedProblem& problem, const PatchMesh& mesh, const Visibility& visibility,
+                const FormFactorOptions& options) {
   const auto method = problem.method.make(visibility, options);
   AssemblyReport report;
   const FormFactorMatrix f = assemble(*method, visibility, problem.assembly, &report);
   if (!report.completed) throw Stopped{};
-  if (lamps != nullptr) *lamps = report.lamps;
   SolverOptions solver = problem.solver_options;
   solver.step = {};
-  return problem.solver.solve(RadiositySystem(f, mesh), solver).radiosity;
+  return {problem.solver.solve(RadiositySystem(f, mesh), solver).radiosity, report.lamps};
 }
 
 // A cheaper setting of the method, and what the difference in B is to be divided by.
@@ -93,9 +97,9 @@ struct Coarser {
   Coarser(const SolvedProblem& problem, Patches&& larger, const FormFactorOptions& options)
       : patches(std::move(larger)),
         visibility(patches.mesh),
-        radiosity(solve_on(problem, patches.mesh, visibility, options, &lamps)) {
+        solved(solve_on(problem, patches.mesh, visibility, options)) {
     const PatchMesh& fine = problem.patches.mesh;
-    difference = radiosity - restrict_to(patches.mesh, fine, problem.solution.radiosity, &parent);
+    difference = solved.radiosity - restrict_to(patches.mesh, fine, problem.solution.radiosity, &parent);
     // A small face that is one patch on both meshes tells nothing of the error of patches; it is taken to have that of the others.
     std::vector<int> pieces(static_cast<std::size_t>(patches.mesh.patch_count()), 0);
     for (const Index p : parent)
@@ -103,8 +107,6 @@ struct Coarser {
     for (Index p = 0; p < patches.mesh.patch_count(); ++p)
       if (pieces[static_cast<std::size_t>(p)] == 1) difference.row(p).setConstant(kNan);
   }
-
-  BandArray reflected() const { return radiosity - patches.mesh.emission(); }
 
   // Values on these patches, on those of the finer mesh that lie in them.
   BandArray on_finer(const BandArray& values) const {
@@ -118,8 +120,7 @@ struct Coarser {
 
   Patches patches;
   Visibility visibility;
-  Index lamps = 0;  // before `radiosity`, which sets it
-  BandArray radiosity;
+  Solved solved;
   BandArray difference;
   std::vector<Index> parent;
 };
@@ -149,23 +150,24 @@ struct Noise {
 };
 
 Noise form_factor_error(const SolvedProblem& problem, const FormFactorMethod& method, const Coarser* twice) {
-  const PatchMesh& mesh = problem.patches.mesh;
-  const BandArray& radiosity = problem.solution.radiosity;
-  if (method.exact())
-    return {Eigen::ArrayXd::Zero(radiosity.cols()), BandArray::Zero(radiosity.rows(), radiosity.cols())};
-  const Cheaper other = cheaper(method);
+  if (method.exact()) {
+    const BandArray none =
+        BandArray::Zero(problem.solution.radiosity.rows(), problem.solution.radiosity.cols());
+    return {Eigen::ArrayXd::Zero(none.cols()), none};
+  }
   // Cells are dear, and what they are wrong by falls with the size of the patches, as viewpoints then stand closer: unless lamps
   // are among what they see on one mesh only. Rays are cheap, a sixteenth of them on the same mesh.
-  if (twice != nullptr && method.options().resolution > 0 && (twice->lamps > 0) == (problem.lamps > 0)) {
-    const BandArray error =
-        (solve_on(problem, twice->patches.mesh, twice->visibility, other.options) - twice->radiosity) /
-        (2 * other.divisor);
-    return {mean_square(twice->patches.mesh, error, twice->reflected()),
-            twice->on_finer(smooth(twice->patches.mesh, error))};
-  }
-  const BandArray error =
-      (solve_on(problem, mesh, problem.visibility, other.options) - radiosity) / other.divisor;
-  return {mean_square(mesh, error, radiosity - mesh.emission()), smooth(mesh, error)};
+  const bool larger =
+      twice != nullptr && method.options().resolution > 0 && (twice->solved.lamps > 0) == (problem.lamps > 0);
+  const PatchMesh& mesh = larger ? twice->patches.mesh : problem.patches.mesh;
+  const Visibility& visibility = larger ? twice->visibility : problem.visibility;
+  const BandArray& radiosity = larger ? twice->solved.radiosity : problem.solution.radiosity;
+  const Cheaper other = cheaper(method);
+  const BandArray error = (solve_on(problem, mesh, visibility, other.options).radiosity - radiosity) /
+                          (larger ? 2 * other.divisor : other.divisor);
+  Noise out{mean_square(mesh, error, radiosity - mesh.emission()), smooth(mesh, error)};
+  if (larger) out.per_patch = twice->on_finer(out.per_patch);
+  return out;
 }
 
 struct PatchError {
@@ -179,7 +181,9 @@ PatchError patch_error(const SolvedProblem& problem, const Coarser& twice, const
                        const Eigen::ArrayXd& noise, double noisier) {
   // The mean over factor² patches has that much less noise; the coarse solution has its own.
   const auto square = [&](const Coarser& coarse, double factor) -> Eigen::ArrayXd {
-    const Eigen::ArrayXd raw = mean_square(coarse.patches.mesh, coarse.difference, coarse.reflected());
+    const PatchMesh& mesh = coarse.patches.mesh;
+    const Eigen::ArrayXd raw =
+        mean_square(mesh, coarse.difference, coarse.solved.radiosity - mesh.emission());
     return (raw - noise * (noisier + 1 / (factor * factor))).max(0.04 * raw);
   };
   const Eigen::ArrayXd half = square(twice, 2);
