@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,7 @@ struct MeshMaterial {
   std::string name;
   BandValues reflectance = BandValues::Constant(1, 0.5);
   BandValues emission = BandValues::Zero(1);
+  Sides sides = Sides::front;
   std::string undefined = {};  ///< not empty: faces use it, nothing defines it; the sentence that says so
 };
 
@@ -31,6 +33,7 @@ inline const std::string kDefaultMaterial = "default";
 MeshFile read_obj(const std::filesystem::path& file);
 MeshFile read_soup(const std::filesystem::path& file, const std::string& extension);  // .ply .stl .off
 MeshFile read_vtk(const std::filesystem::path& file, const std::string& extension);   // .vtp .vtu
+MeshFile read_gltf(const std::filesystem::path& file);                                // .gltf .glb
 MeshFile read_assimp(const std::filesystem::path& file);
 bool assimp_reads(const std::string& extension);
 
@@ -54,6 +57,16 @@ class MaterialNumbers {
 
  private:
   std::map<std::string, Index> numbers_;
+};
+
+/// Gives each material of a file a name of its own.
+class MaterialNames {
+ public:
+  /// `wanted`, or `wanted_1`, `wanted_2`, … with a warning.
+  std::string unique(const std::string& wanted, std::vector<std::string>& warnings);
+
+ private:
+  std::set<std::string> names_;
 };
 
 }  // namespace radiosity

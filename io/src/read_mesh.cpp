@@ -32,6 +32,14 @@ void require_readable(const fs::path& file) {
                               error ? error.message() : std::generic_category().message(errno)));
 }
 
+std::string MaterialNames::unique(const std::string& wanted, std::vector<std::string>& warnings) {
+  std::string name = wanted;
+  for (int k = 1; !names_.insert(name).second; ++k) name = fmt::format("{}_{}", wanted, k);
+  if (name != wanted)
+    warnings.push_back(fmt::format("two materials are called '{}': one is now '{}'", wanted, name));
+  return name;
+}
+
 MeshFile read_mesh(const fs::path& file) {
   require_readable(file);
   const std::string extension = lower_case_extension(file);
@@ -42,6 +50,8 @@ MeshFile read_mesh(const fs::path& file) {
     mesh = read_soup(file, extension);
   else if (extension == ".vtp" || extension == ".vtu")
     mesh = read_vtk(file, extension);
+  else if (extension == ".gltf" || extension == ".glb")
+    mesh = read_gltf(file);
   else if (extension == ".toml")
     throw InputError(fmt::format("{}: a scene file cannot stand for a mesh", file.string()));
   else if (assimp_reads(extension))

@@ -115,7 +115,7 @@ class SceneBuilder {
       material.emission = spread(own_default);
     else
       material.emission = spread(own && own->emission ? own->emission->values : source.emission);
-    if (own && own->sides) material.sides = *own->sides;
+    material.sides = own && own->sides ? *own->sides : source.sides;
     return material;
   }
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
 #include <vtkDoubleArray.h>
@@ -12,7 +13,9 @@
 #include <vtkXMLPolyDataWriter.h>
 #include <vtkXMLUnstructuredGridWriter.h>
 
+#include <algorithm>
 #include <cstring>
+#include <functional>
 #include <limits>
 
 #include "files.hpp"
@@ -121,54 +124,6 @@ TEST(ReadStl, RejectsCoordinatesThatAreNotNumbers) {
               AllOf(StartsWith(file.string()), HasSubstr("nan")));
 }
 
-/// Two triangles, one below a node that mirrors in x and moves by (10, 0, 0).
-std::string gltf(const std::string& extra_material = "") {
-  // Base64 of three float triples (0,0,0) (1,0,0) (0,1,0) and the indices 0 1 2 as 16 bit numbers.
-  return R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1]}],
-  "nodes":[{"mesh":0},{"mesh":0,"scale":[-1,1,1],"translation":[10,0,0]}],
-  "meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1,"material":0}]}],
-  "materials":[{"name":"glow","pbrMetallicRoughness":{"baseColorFactor":[0.25,0.5,0.75,1]},
-                "emissiveFactor":[1,0.5,0.25])" +
-         extra_material + R"(}],
-  "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]},
-               {"bufferView":1,"componentType":5123,"count":3,"type":"SCALAR"}],
-  "bufferViews":[{"buffer":0,"byteOffset":0,"byteLength":36},{"buffer":0,"byteOffset":36,"byteLength":6}],
-  "buffers":[{"byteLength":42,"uri":"data:application/octet-stream;base64,)" +
-         std::string("AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAABAAIA") + "\"}]}";
-}
-
-TEST(ReadGltf, AppliesNodeTransformsAndMaterialFactors) {
-  const TemporaryDirectory directory;
-  const LoadedScene loaded = read_scene(directory.write("a.gltf", gltf()));
-  const Scene& scene = loaded.scene;
-  ASSERT_EQ(scene.face_count(), 2);
-  EXPECT_EQ(scene.lower(), Vec3(0, 0, 0));
-  EXPECT_EQ(scene.upper(), Vec3(10, 1, 0));
-  // A mirror image still shows its front to +z.
-  EXPECT_EQ(scene.area_vector(0), Vec3(0, 0, 0.5));
-  EXPECT_EQ(scene.area_vector(1), Vec3(0, 0, 0.5));
-  ASSERT_EQ(scene.materials().size(), 1U);
-  EXPECT_EQ(scene.materials()[0].name, "glow");
-  EXPECT_TRUE((scene.materials()[0].reflectance == rgb(0.25, 0.5, 0.75)).all());
-  EXPECT_TRUE((scene.materials()[0].emission == rgb(1, 0.5, 0.25)).all());
-  EXPECT_TRUE(loaded.warnings.empty());
-}
-
-TEST(ReadGltf, WarnsOfAnEmissionStrengthItCannotRead) {
-  const TemporaryDirectory directory;
-  const LoadedScene loaded = read_scene(directory.write(
-      "a.gltf", gltf(R"(,"extensions":{"KHR_materials_emissive_strength":{"emissiveStrength":8}})")));
-  EXPECT_TRUE((loaded.scene.materials()[0].emission == rgb(1, 0.5, 0.25)).all());
-  EXPECT_THAT(loaded.warnings, ElementsAre(HasSubstr("KHR_materials_emissive_strength is not read")));
-}
-
-TEST(ReadGltf, WarnsOfADoubleSidedMaterial) {
-  const TemporaryDirectory directory;
-  const LoadedScene loaded = read_scene(directory.write("a.gltf", gltf(R"(,"doubleSided":true)")));
-  EXPECT_EQ(loaded.scene.materials()[0].sides, Sides::front);
-  EXPECT_THAT(loaded.warnings, ElementsAre(AllOf(HasSubstr("'glow'"), HasSubstr("sides = \"both\""))));
-}
-
 TEST(ReadDae, KeepsPolygonsAndMaterialNames) {
   const TemporaryDirectory directory;
   const auto file = directory.write("a.dae", R"(<?xml version="1.0"?>
@@ -196,6 +151,81 @@ TEST(ReadDae, KeepsPolygonsAndMaterialNames) {
   EXPECT_EQ(scene.materials()[0].name, "paint");
   EXPECT_TRUE((scene.materials()[0].reflectance == rgb(0.25, 0.5, 0.75)).all());
   EXPECT_TRUE((scene.materials()[0].emission == rgb(2, 3, 4)).all());
+}
+
+/// A COLLADA file whose nodes n0, n1, … hold what `inside` says of each.
+std::string nodes(int count, const std::function<std::string(int)>& inside) {
+  std::string text =
+      R"(<?xml version="1.0"?><COLLADA version="1.4.1"><library_visual_scenes><visual_scene id="s">)";
+  for (int k = 0; k < count; ++k) text += fmt::format("<node id=\"n{}\">{}</node>\n", k, inside(k));
+  return text +
+         R"(</visual_scene></library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>)";
+}
+
+TEST(ReadAssimp, ACrashOfTheLibraryIsAnError) {
+  // A node within itself: endless recursion in assimp 5.2.
+  const TemporaryDirectory directory;
+  const auto file = directory.write("a.dae", nodes(1, [](int) { return R"(<instance_node url="#n0"/>)"; }));
+  EXPECT_THAT(message_of<IoError>([&] { read_scene(file); }),
+              AllOf(StartsWith(file.string() + ": the reader (assimp "), HasSubstr("crashed on this file")));
+}
+
+TEST(ReadAssimp, HungerForMemoryIsAnError) {
+  // Each of 40 nodes holds the next one twice: 2^40 nodes.
+  const TemporaryDirectory directory;
+  const auto file = directory.write("a.dae", nodes(40, [](int k) {
+                                      return k == 39 ? std::string()
+                                                     : fmt::format(
+                                                           "<instance_node url=\"#n{0}\"/>"
+                                                           "<instance_node url=\"#n{0}\"/>",
+                                                           k + 1);
+                                    }));
+  EXPECT_THAT(
+      message_of<IoError>([&] { read_scene(file); }),
+      AllOf(StartsWith(file.string() + ": the reader (assimp "), HasSubstr("needs more than 1.0 GB")));
+}
+
+TEST(ReadIfc, RefusesOtherSchemasThanIfc2x3ByName) {
+  const TemporaryDirectory directory;
+  const auto file = directory.write(
+      "a.ifc",
+      "ISO-10303-21;\nHEADER;\nFILE_SCHEMA (\n ( 'Ifc4' ) );\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n");
+  EXPECT_EQ(
+      message_of<IoError>([&] { read_scene(file); }),
+      file.string() + ": its schema is IFC4, and only IFC2X3 is read: export it as IFC2x3, glTF or OBJ");
+}
+
+class EverySeed : public testing::TestWithParam<std::filesystem::path> {};
+
+std::vector<std::filesystem::path> seeds() {
+  std::vector<std::filesystem::path> folders;
+  for (const auto& folder :
+       std::filesystem::directory_iterator(std::filesystem::path(RADIOSITY_SOURCE_DIR) / "tests/data/seeds"))
+    folders.push_back(folder.path());
+  std::sort(folders.begin(), folders.end());
+  return folders;
+}
+
+INSTANTIATE_TEST_SUITE_P(Fuzz, EverySeed, testing::ValuesIn(seeds()), [](const auto& folder) {
+  std::string name = folder.param.filename();
+  std::replace(name.begin(), name.end(), '-', '_');
+  return name;
+});
+
+/// scene.toml, or the one mesh in the folder.
+std::filesystem::path main_file(const std::filesystem::path& folder) {
+  std::filesystem::path mesh;
+  for (const auto& file : std::filesystem::directory_iterator(folder)) {
+    const auto extension = file.path().extension();
+    if (extension == ".toml") return file.path();
+    if (extension != ".mtl" && extension != ".png") mesh = file.path();
+  }
+  return mesh;
+}
+
+TEST_P(EverySeed, IsAScene) {
+  const LoadedScene loaded = read_scene(main_file(GetParam()));
+  EXPECT_GE(loaded.scene.face_count(), 2);
 }
 
 /// Two unit squares side by side as polygons.

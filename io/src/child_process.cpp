@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "child_process.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <system_error>
+
+#include "radiosity/meshing/error.hpp"
+
+namespace radiosity {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+class Descriptor {
+ public:
+  explicit Descriptor(int number) : number_(number) {}
+  ~Descriptor() { close(); }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  int number() const { return number_; }
+  void close() {
+    if (number_ >= 0) ::close(number_);
+    number_ = -1;
+  }
+
+ private:
+  int number_;
+};
+
+[[noreturn]] void fail(const char* what) {
+  throw IoError(fmt::format("{}: {}", what, std::generic_category().message(errno)));
+}
+
+/// Memory in use by a process, bytes; 0 where there is no telling.
+std::uint64_t resident_bytes(pid_t process) {
+  unsigned long long pages = 0;
+  if (std::FILE* const file = std::fopen(fmt::format("/proc/{}/statm", process).c_str(), "r")) {
+    if (std::fscanf(file, "%*u %llu", &pages) != 1) pages = 0;
+    std::fclose(file);
+  }
+  return pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+}
+
+bool write_all(int descriptor, const std::string& bytes) {
+  for (std::size_t at = 0; at < bytes.size();) {
+    const ssize_t written = ::write(descriptor, bytes.data() + at, bytes.size() - at);
+    if (written < 0 && errno != EINTR) return false;
+    if (written > 0) at += static_cast<std::size_t>(written);
+  }
+  return true;
+}
+
+constexpr int kDone = 0, kFailed = 3, kOutOfMemory = 4;
+
+[[noreturn]] void be_child(const std::function<std::string()>& work, int result, pid_t parent) {
+  // Ends with its parent, at Ctrl-C, without a core file, and without a word from libraries.
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (getppid() != parent) _exit(kFailed);
+  for (const int caught : {SIGINT, SIGTERM, SIGSEGV, SIGABRT, SIGFPE, SIGILL, SIGBUS})
+    std::signal(caught, SIG_DFL);
+  const rlimit none{0, 0};
+  setrlimit(RLIMIT_CORE, &none);
+  const int silence = ::open("/dev/null", O_WRONLY);
+  if (silence < 0 || dup2(silence, STDOUT_FILENO) < 0 || dup2(silence, STDERR_FILENO) < 0) _exit(kFailed);
+  try {
+    _exit(write_all(result, work()) ? kDone : kFailed);
+  } catch (const std::bad_alloc&) {
+    _exit(kOutOfMemory);
+  } catch (...) {
+    _exit(kFailed);
+  }
+}
+
+/// Waits for a child and takes what it writes.
+class Parent {
+ public:
+  Parent(pid_t child, int pipe, const ChildLimits& limits) : child_(child), pipe_(pipe), limits_(limits) {}
+  ~Parent() {
+    if (child_ <= 0) return;
+    kill(child_, SIGKILL);
+    wait();
+  }
+  Parent(const Parent&) = delete;
+  Parent& operator=(const Parent&) = delete;
+
+  ChildResult result() {
+    ChildResult result{ChildEnd::done, {}};
+    while (result.end == ChildEnd::done && !read_some(result.bytes)) result.end = within_limits();
+    if (result.end != ChildEnd::done) return result;
+    const int status = wait();
+    if (WIFEXITED(status) && WEXITSTATUS(status) == kOutOfMemory)
+      result.end = ChildEnd::out_of_memory;
+    else if (!WIFEXITED(status) || WEXITSTATUS(status) != kDone)
+      result.end = ChildEnd::crashed;
+    return result;
+  }
+
+ private:
+  /// True at the end.
+  bool read_some(std::string& bytes) {
+    // A process cannot take more than about 100 MB in that time.
+    constexpr int kMilliseconds = 20;
+    pollfd waiting{pipe_, POLLIN, 0};
+    if (poll(&waiting, 1, kMilliseconds) <= 0) return false;
+    const ssize_t count = ::read(pipe_, chunk_.data(), chunk_.size());
+    if (count > 0) bytes.append(chunk_.data(), static_cast<std::size_t>(count));
+    return count == 0 || (count < 0 && errno != EINTR);
+  }
+
+  ChildEnd within_limits() const {
+    if (std::chrono::duration<double>(Clock::now() - start_).count() > limits_.seconds)
+      return ChildEnd::out_of_time;
+    return resident_bytes(child_) > before_ + limits_.bytes ? ChildEnd::out_of_memory : ChildEnd::done;
+  }
+
+  int wait() {
+    int status = -1;
+    while (waitpid(child_, &status, 0) < 0 && errno == EINTR) {
+    }
+    child_ = -1;
+    return status;
+  }
+
+  pid_t child_;
+  int pipe_;
+  ChildLimits limits_;
+  std::array<char, 65536> chunk_{};
+  std::uint64_t before_ = resident_bytes(getpid());  // the child shares these pages
+  Clock::time_point start_ = Clock::now();
+};
+
+}  // namespace
+
+// Memory is watched rather than limited by setrlimit: the sanitizers reserve terabytes of addresses, and a library
+// that is refused memory may go on with half a result.
+ChildResult run_in_child(const std::function<std::string()>& work, const ChildLimits& limits) {
+  std::array<int, 2> ends{};
+  if (pipe2(ends.data(), O_CLOEXEC) != 0) fail("no pipe to a child process");
+  Descriptor out(ends[0]), in(ends[1]);
+  const pid_t parent = getpid();
+  const pid_t child = fork();
+  if (child < 0) fail("no child process");
+  if (child == 0) be_child(work, in.number(), parent);
+  in.close();
+  return Parent(child, out.number(), limits).result();
+}
+
+}  // namespace radiosity
