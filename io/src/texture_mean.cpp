@@ -1,106 +1,98 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "texture_mean.hpp"
 
-#include <vtkDataArray.h>
-#include <vtkImageData.h>
-#include <vtkImageReader2.h>
-#include <vtkImageReader2Factory.h>
-#include <vtkJPEGReader.h>
-#include <vtkPNGReader.h>
-#include <vtkPointData.h>
-
 #include <cmath>
+#include <cstdint>
+#include <cstdlib>
 #include <limits>
-#include <map>
+#include <memory>
 #include <type_traits>
+#include <vector>
 
-#include "vtk_support.hpp"
+#include "text.hpp"
+
+// Not VTK's image readers: its PNG reader prints, and crashes on each file that is damaged (VTK 9.1).
+#define STB_IMAGE_IMPLEMENTATION
+#define STB_IMAGE_STATIC
+#define STBI_ONLY_PNG
+#define STBI_ONLY_JPEG
+#define STBI_ONLY_TGA
+#define STBI_ONLY_BMP
+#define STBI_ONLY_HDR
+#define STBI_NO_STDIO
+#define STBI_MAX_DIMENSIONS 16384  // headers that claim more are taken for damaged
+// What the data of a file do not reach is black, not what the memory held before.
+#define STBI_MALLOC(size) std::calloc(1, size)
+#define STBI_REALLOC(pointer, size) std::realloc(pointer, size)
+#define STBI_FREE(pointer) std::free(pointer)
+#include <stb/stb_image.h>
 
 namespace radiosity {
 namespace {
-
-/// An image of 16384 × 16384 pixels; headers that claim more are taken for damaged, before memory is asked for.
-constexpr double kMostPixels = 16384.0 * 16384.0;
 
 /// sRGB → linear [IEC61966-2-1].
 double srgb_decode(double encoded) {
   return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
 }
 
+struct Image {
+  int width = 0, height = 0, channels = 0;
+  std::size_t pixels() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
+};
+
 template <class Value>
-double linear_mean(vtkDataArray& pixels, int channel) {
-  const vtkIdType count = pixels.GetNumberOfTuples();
-  const auto* const values = static_cast<const Value*>(pixels.GetVoidPointer(0));
-  const auto stride = static_cast<vtkIdType>(pixels.GetNumberOfComponents());
+double linear_mean(const Value* values, const Image& image, int channel) {
+  const auto stride = static_cast<std::size_t>(image.channels);
+  const Value* const first = values + channel;
   double sum = 0;
   if constexpr (std::is_integral_v<Value>) {
-    constexpr std::size_t kLevels = std::size_t{1} << (8 * sizeof(Value));
-    std::vector<vtkIdType> histogram(kLevels);
-    for (vtkIdType i = 0; i < count; ++i) ++histogram[values[i * stride + channel]];
+    constexpr std::size_t kLevels = std::size_t{std::numeric_limits<Value>::max()} + 1;
+    std::vector<std::size_t> histogram(kLevels);
+    for (std::size_t i = 0; i < image.pixels(); ++i) ++histogram[first[i * stride]];
     for (std::size_t level = 0; level < kLevels; ++level)
-      sum += static_cast<double>(histogram[level]) * srgb_decode(static_cast<double>(level) / static_cast<double>(kLevels - 1));
+      sum += static_cast<double>(histogram[level]) *
+             srgb_decode(static_cast<double>(level) / static_cast<double>(kLevels - 1));
   } else {
-    for (vtkIdType i = 0; i < count; ++i) sum += static_cast<double>(values[i * stride + channel]);
+    for (std::size_t i = 0; i < image.pixels(); ++i) sum += static_cast<double>(first[i * stride]);
   }
-  return sum / static_cast<double>(count);
+  return sum / static_cast<double>(image.pixels());
 }
 
-std::optional<BandValues> mean_of(vtkDataArray& pixels) {
-  const auto mean = [&](int channel) {
-    switch (pixels.GetDataType()) {
-      case VTK_UNSIGNED_CHAR: return linear_mean<std::uint8_t>(pixels, channel);
-      case VTK_UNSIGNED_SHORT: return linear_mean<std::uint16_t>(pixels, channel);
-      case VTK_FLOAT: return linear_mean<float>(pixels, channel);
-      default: return std::numeric_limits<double>::quiet_NaN();
-    }
-  };
+/// `load` is one of stb_image's functions.
+template <class Value>
+std::optional<BandValues> load_mean(Value* (*load)(const stbi_uc*, int, int*, int*, int*, int),
+                                    std::string_view bytes) {
+  Image image;
+  const std::unique_ptr<Value, void (*)(void*)> values(
+      load(reinterpret_cast<const stbi_uc*>(bytes.data()), static_cast<int>(bytes.size()), &image.width,
+           &image.height, &image.channels, 0),
+      &stbi_image_free);
+  if (!values || image.pixels() == 0) return {};
   // One channel is grey, two are grey and alpha.
-  const bool grey = pixels.GetNumberOfComponents() < 3;
-  const BandValues rgb = Eigen::Array3d(mean(0), mean(grey ? 0 : 1), mean(grey ? 0 : 2));
+  const int second = image.channels < 3 ? 0 : 1, third = image.channels < 3 ? 0 : 2;
+  const BandValues rgb =
+      Eigen::Array3d(linear_mean(values.get(), image, 0), linear_mean(values.get(), image, second),
+                     linear_mean(values.get(), image, third));
   if (!rgb.isFinite().all()) return {};
   return rgb;
 }
 
-std::optional<BandValues> read_mean(vtkImageReader2& reader) {
-  vtkNew<VtkErrors> errors;
-  errors->watch(&reader);
-  try {
-    reader.UpdateInformation();
-    const int* const extent = reader.GetDataExtent();
-    const double pixels = (extent[1] + 1.0 - extent[0]) * (extent[3] + 1.0 - extent[2]);
-    if (!errors->first().empty() || !(pixels > 0) || pixels > kMostPixels) return {};
-    reader.Update();
-  } catch (const std::exception&) {  // a size that no memory holds
-    return {};
-  }
-  vtkDataArray* const scalars = reader.GetOutput()->GetPointData()->GetScalars();
-  if (!errors->first().empty() || !scalars || scalars->GetNumberOfTuples() == 0) return {};
-  return mean_of(*scalars);
-}
-
 }  // namespace
+
+std::optional<BandValues> texture_mean(std::string_view bytes) {
+  if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max())) return {};
+  const auto* const data = reinterpret_cast<const stbi_uc*>(bytes.data());
+  const auto size = static_cast<int>(bytes.size());
+  if (stbi_is_hdr_from_memory(data, size)) return load_mean<float>(&stbi_loadf_from_memory, bytes);
+  if (stbi_is_16_bit_from_memory(data, size))
+    return load_mean<std::uint16_t>(&stbi_load_16_from_memory, bytes);
+  return load_mean<stbi_uc>(&stbi_load_from_memory, bytes);
+}
 
 std::optional<BandValues> texture_mean(const std::filesystem::path& file) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file, ignored)) return {};
-  const auto reader = vtkSmartPointer<vtkImageReader2>::Take(
-      vtkImageReader2Factory::CreateImageReader2(file.c_str()));
-  if (!reader) return {};
-  reader->SetFileName(file.c_str());
-  return read_mean(*reader);
-}
-
-std::optional<BandValues> texture_mean(std::string_view bytes) {
-  vtkSmartPointer<vtkImageReader2> reader;
-  if (bytes.starts_with("\x89PNG"))
-    reader = vtkSmartPointer<vtkPNGReader>::New();
-  else if (bytes.starts_with("\xff\xd8"))
-    reader = vtkSmartPointer<vtkJPEGReader>::New();
-  else
-    return {};
-  reader->SetMemoryBuffer(bytes.data());
-  reader->SetMemoryBufferLength(static_cast<vtkIdType>(bytes.size()));
-  return read_mean(*reader);
+  return texture_mean(std::string_view(read_bytes(file)));
 }
 
 }  // namespace radiosity
