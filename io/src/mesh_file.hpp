@@ -32,6 +32,7 @@ inline const std::string kDefaultMaterial = "default";
 /// One per format. Throw IoError or InputError whose message starts with the file's name.
 MeshFile read_obj(const std::filesystem::path& file);
 MeshFile read_soup(const std::filesystem::path& file, const std::string& extension);  // .ply .stl .off
+MeshFile read_ply(const std::filesystem::path& file);
 MeshFile read_vtk(const std::filesystem::path& file, const std::string& extension);   // .vtp .vtu
 MeshFile read_gltf(const std::filesystem::path& file);                                // .gltf .glb
 MeshFile read_assimp(const std::filesystem::path& file);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cctype>
 #include <fstream>
+#include <span>
 #include <system_error>
 
 #include "mesh_file.hpp"
@@ -40,6 +41,39 @@ std::string MaterialNames::unique(const std::string& wanted, std::vector<std::st
   return name;
 }
 
+namespace {
+
+/// How many corners a loop has before it repeats itself to its end; all of them, if it does not.
+std::size_t period(std::span<const Index> loop) {
+  for (std::size_t p = 3; p <= loop.size() / 2; ++p)
+    if (loop.size() % p == 0 &&
+        std::equal(loop.begin() + static_cast<std::ptrdiff_t>(p), loop.end(), loop.begin()))
+      return p;
+  return loop.size();
+}
+
+/// A loop that walks round several times (1 2 3 4 1 2 3 4) bounds the face that it bounds in one round.
+void unwind_loops(MeshFile& mesh) {
+  auto& geometry = mesh.geometry;
+  Scene::Arrays unwound;
+  Index count = 0;
+  for (std::size_t f = 0; f < geometry.face_material.size(); ++f) {
+    const auto first = static_cast<std::size_t>(geometry.face_start[f]);
+    const std::span loop(geometry.corners.data() + first,
+                         static_cast<std::size_t>(geometry.face_start[f + 1]) - first);
+    const std::size_t round = period(loop);
+    if (round < loop.size()) ++count;
+    unwound.add_face(loop.first(round), geometry.face_material[f]);
+  }
+  if (count == 0) return;
+  geometry.corners = std::move(unwound.corners);
+  geometry.face_start = std::move(unwound.face_start);
+  mesh.warnings.push_back(
+      fmt::format("{} faces walk round their loop more than once: one round is kept", count));
+}
+
+}  // namespace
+
 MeshFile read_mesh(const fs::path& file) {
   require_readable(file);
   const std::string extension = lower_case_extension(file);
@@ -63,6 +97,7 @@ MeshFile read_mesh(const fs::path& file) {
                     file.string(), extension));
   if (mesh.geometry.face_material.empty())
     throw InputError(fmt::format("{}: the mesh has no faces", file.string()));
+  unwind_loops(mesh);
   return mesh;
 }
 

@@ -1,207 +1,250 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
-#include <tiny_obj_loader.h>
 
-#include <charconv>
-#include <cmath>
-#include <fstream>
+#include <algorithm>
+#include <array>
+#include <limits>
 #include <map>
 #include <optional>
-#include <streambuf>
+#include <set>
 
 #include "mesh_file.hpp"
 #include "radiosity/meshing/error.hpp"
+#include "text.hpp"
+#include "texture_mean.hpp"
 
 namespace radiosity {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// Passes characters on and remembers the line they belong to: tinyobjloader's callbacks do not say where they
-/// are.
-class LineRecorder : public std::streambuf {
- public:
-  explicit LineRecorder(std::streambuf& source) : source_(source) {}
-  Index number() const { return number_; }
-  const std::string& text() const { return text_; }
+/// Statements that say nothing about surfaces and their materials: attributes of vertices, groups, points and
+/// lines, display.
+constexpr std::array kWithoutSurfaces{"vt",       "vn",     "vp",     "g",          "o",        "s",
+                                      "p",        "l",      "mg",     "lod",        "bevel",    "c_interp",
+                                      "d_interp", "maplib", "usemap", "shadow_obj", "trace_obj"};
 
- protected:
-  int_type underflow() override { return source_.sgetc(); }
-  int_type uflow() override {
-    const int_type next = source_.sbumpc();
-    if (next == traits_type::eof()) return next;
-    const char c = traits_type::to_char_type(next);
-    if (c == '\n' && previous_ == '\r') {  // one end of line
-      previous_ = c;
-      return next;
-    }
-    if (previous_ == '\n' || previous_ == '\r') {
-      ++number_;
-      text_.clear();
-    }
-    if (c != '\n' && c != '\r') text_ += c;
-    previous_ = c;
-    return next;
-  }
-
- private:
-  std::streambuf& source_;
-  Index number_ = 0;
-  std::string text_;
-  char previous_ = '\n';
-};
-
-std::string trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t\r");
-  if (first == std::string_view::npos) return {};
-  return std::string(text.substr(first, text.find_last_not_of(" \t\r") - first + 1));
+/// The path of a file that an OBJ or MTL file names, relative to it. Names come from Windows too, and in
+/// quotation marks.
+fs::path named_file(const fs::path& from, std::string_view name) {
+  if (name.size() > 1 && name.front() == '"' && name.back() == '"') name = name.substr(1, name.size() - 2);
+  std::string path(name);
+  std::replace(path.begin(), path.end(), '\\', '/');
+  return from.parent_path() / path;
 }
 
-std::vector<std::string_view> words(std::string_view line) {
-  std::vector<std::string_view> result;
-  for (std::size_t end = 0;;) {
-    const auto first = line.find_first_not_of(" \t\r", end);
-    if (first == std::string_view::npos) return result;
-    end = std::min(line.find_first_of(" \t\r", first), line.size());
-    result.push_back(line.substr(first, end - first));
-  }
+bool is_file(const fs::path& file) {
+  std::error_code ignored;
+  return fs::is_regular_file(file, ignored);
 }
 
-/// tinyobjloader reads what is not a number as 0 and is off by some units in the last place; so every number
-/// that matters is read again, correctly rounded.
-std::optional<double> finite_number(std::string_view word) {
-  if (word.starts_with('+')) word.remove_prefix(1);
-  double value = 0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error != std::errc() || end != word.data() + word.size() || !std::isfinite(value)) return {};
-  return value;
+/// The file name of a `map_…` statement's arguments: what follows its options.
+std::string_view texture_name(std::string_view arguments) {
+  struct Option {
+    std::string_view name;
+    int values;
+  };
+  // -o, -s and -t take one to three numbers; the others what the table says.
+  constexpr std::array kOptions{Option{"-blendu", 1}, Option{"-blendv", 1},  Option{"-boost", 1},
+                                Option{"-mm", 2},     Option{"-o", 3},       Option{"-s", 3},
+                                Option{"-t", 3},      Option{"-texres", 1},  Option{"-clamp", 1},
+                                Option{"-bm", 1},     Option{"-imfchan", 1}, Option{"-type", 1},
+                                Option{"-cc", 1}};
+  const auto word = [&] { return arguments.substr(0, arguments.find_first_of(" \t")); };
+  for (;;) {
+    const auto option =
+        std::find_if(kOptions.begin(), kOptions.end(), [&](const Option& o) { return o.name == word(); });
+    if (option == kOptions.end()) return arguments;
+    arguments = after_first_word(arguments);
+    for (int k = 0; k < option->values && (option->values < 3 || finite_number(word())); ++k)
+      arguments = after_first_word(arguments);
+  }
 }
 
 struct Finish {
   std::optional<BandValues> kd, ke;
+  std::optional<fs::path> kd_texture;
 };
 
-class ObjReader : public tinyobj::MaterialReader {
+/// Not tinyobjloader: it reads what is no number as 0, a vertex number 1.5 as 1, and does not tell the line.
+class ObjReader {
  public:
-  explicit ObjReader(const fs::path& file) : file_(file), stream_(file), lines_(*stream_.rdbuf()) {}
+  explicit ObjReader(const fs::path& file)
+      : file_(file), lines_(file, read_bytes(file), TextLines::Continuation::backslash) {}
 
   MeshFile read();
 
-  /// A material library: called by tinyobjloader for each name of a `mtllib` line.
-  bool operator()(const std::string& name, std::vector<tinyobj::material_t>* materials,
-                  std::map<std::string, int>* numbers, std::string* warning, std::string* error) override;
-
  private:
-  std::string here() const { return fmt::format("{}:{}", file_.string(), lines_.number()); }
+  void statement();
   void vertex();
-  void face(const tinyobj::index_t* indices, int count);
-  void read_finishes(const fs::path& library, std::istream& stream);
+  void face();
+  Index corner(std::string_view word) const;
+  void libraries(std::string_view names);
+  void library(const fs::path& file);
+  void read_finish(const TextLines& lines, Finish& finish);
+  BandValues colour(const TextLines& lines) const;
+  void resolve_faces();
   MeshMaterial material(const std::string& name, Index first_face);
+  BandValues reflectance(const std::string& name, const Finish& finish);
+  void warn();
 
   fs::path file_;
-  std::ifstream stream_;
-  LineRecorder lines_;
+  TextLines lines_;
   MeshFile mesh_;
+  std::vector<Index> corners_;
   std::vector<Index> face_lines_;
   std::vector<std::string> uses_{""};   ///< the names of all usemtl lines, after the state before the first
   std::vector<std::size_t> face_uses_;  ///< per face, its number in uses_
   std::map<std::string, Finish> finishes_;
   std::vector<std::string> finish_order_;
+  MaterialNumbers numbers_;
+  std::set<fs::path> libraries_;
   std::vector<std::string> missing_libraries_;  ///< "'room.mtl' (line 3) does not exist"
+  std::map<fs::path, std::optional<BandValues>> textures_;
+  std::vector<fs::path> unread_textures_;
+  Index unnamed_ = 0;         ///< faces without a material
+  Index not_understood_ = 0;  ///< statements
+  std::string not_understood_first_;
 };
 
-void ObjReader::vertex() {
-  const auto parts = words(lines_.text());
-  Vec3 x;
-  for (std::size_t k = 0; k < 3; ++k) {
-    if (k + 1 >= parts.size())
-      throw InputError(fmt::format("{}: vertex {} has {} coordinates, but needs three", here(),
-                                   mesh_.geometry.vertices.size() + 1, parts.size() - 1));
-    const auto value = finite_number(parts[k + 1]);
-    if (!value)
-      throw InputError(fmt::format("{}: vertex {}: coordinate '{}' is not a finite number", here(),
-                                   mesh_.geometry.vertices.size() + 1, parts[k + 1]));
-    x[static_cast<Eigen::Index>(k)] = *value;
-  }
-  mesh_.geometry.vertices.push_back(x);
+void ObjReader::statement() {
+  const auto keyword = lines_.words().front();
+  if (keyword == "v")
+    vertex();
+  else if (keyword == "f")
+    face();
+  else if (keyword == "usemtl")
+    uses_.emplace_back(after_first_word(lines_.text()));
+  else if (keyword == "mtllib")
+    libraries(after_first_word(lines_.text()));
+  else if (std::find(kWithoutSurfaces.begin(), kWithoutSurfaces.end(), keyword) == kWithoutSurfaces.end() &&
+           not_understood_++ == 0)
+    not_understood_first_ = fmt::format("{}: '{}'", lines_.here(), shown(lines_.text()));
 }
 
-void ObjReader::face(const tinyobj::index_t* indices, int count) {
-  if (count < 3)
-    throw InputError(fmt::format("{}: face {} has {} corners, but needs at least three", here(),
-                                 face_lines_.size() + 1, count));
-  const auto vertices = static_cast<Index>(mesh_.geometry.vertices.size());
-  std::vector<Index> corners;
-  for (int k = 0; k < count; ++k) {
-    const Index given = indices[k].vertex_index;
-    // Positive numbers may refer to vertices that follow; those are checked at the end.
-    const Index v = given > 0 ? given - 1 : given + vertices;
-    if (given == 0 || v < 0)
-      throw InputError(
-          fmt::format("{}: face {} refers to vertex {}; vertices are numbered from 1, or counted back from "
-                      "the last of the {} before the face with -1, -2, …",
-                      here(), face_lines_.size() + 1, given, vertices));
-    corners.push_back(v);
-  }
-  mesh_.geometry.add_face(corners, 0);
+void ObjReader::vertex() {
+  mesh_.geometry.vertices.push_back(
+      coordinates(lines_, 1, fmt::format("vertex {}", mesh_.geometry.vertices.size() + 1)));
+}
+
+Index ObjReader::corner(std::string_view word) const {
+  const auto vertices = static_cast<std::int64_t>(mesh_.geometry.vertices.size());
+  const auto given = whole_number(word.substr(0, word.find('/')));
+  if (!given)
+    throw InputError(fmt::format("{}: face {}: corner '{}' does not begin with the number of a vertex",
+                                 lines_.here(), face_lines_.size() + 1, shown(word)));
+  // Positive numbers may refer to vertices that follow; those are checked at the end.
+  const std::int64_t v = *given > 0 ? *given - 1 : *given + vertices;
+  if (*given == 0 || v < 0)
+    throw InputError(
+        fmt::format("{}: face {} refers to vertex {}; vertices are numbered from 1, or counted back from "
+                    "the last of the {} before the face with -1, -2, …",
+                    lines_.here(), face_lines_.size() + 1, *given, vertices));
+  if (v >= std::numeric_limits<Index>::max())
+    throw InputError(fmt::format("{}: face {} refers to vertex {}; no scene has that many", lines_.here(),
+                                 face_lines_.size() + 1, *given));
+  return static_cast<Index>(v);
+}
+
+void ObjReader::face() {
+  const auto& words = lines_.words();
+  if (words.size() < 4)
+    throw InputError(fmt::format("{}: face {} has {} corners, but needs at least three", lines_.here(),
+                                 face_lines_.size() + 1, words.size() - 1));
+  corners_.clear();
+  for (std::size_t k = 1; k < words.size(); ++k) corners_.push_back(corner(words[k]));
+  mesh_.geometry.add_face(corners_, 0);
   face_lines_.push_back(lines_.number());
   face_uses_.push_back(uses_.size() - 1);
 }
 
-bool ObjReader::operator()(const std::string& name, std::vector<tinyobj::material_t>* materials,
-                           std::map<std::string, int>* numbers, std::string* warning, std::string* error) {
-  // tinyobjloader splits names at blanks; a name that holds one is tried as a whole first.
-  std::string whole = trimmed(std::string_view(trimmed(lines_.text())).substr(6));
-  for (std::string candidate : {whole, name}) {
-    for (char& c : candidate)
-      if (c == '\\') c = '/';
-    const fs::path library = file_.parent_path() / candidate;
-    std::error_code ignored;
-    if (!fs::is_regular_file(library, ignored)) continue;
-    std::ifstream stream(library);
-    if (!stream) throw IoError(fmt::format("{}: cannot be opened", library.string()));
-    read_finishes(library, stream);
-    stream.clear();
-    stream.seekg(0);
-    tinyobj::LoadMtl(numbers, materials, &stream, warning, error);
-    return true;
+/// Names are separated by blanks and may hold blanks: the longest that exists is taken, from left to right.
+void ObjReader::libraries(std::string_view names) {
+  while (!names.empty()) {
+    std::string_view name = names;
+    while (!is_file(named_file(file_, name))) {
+      const auto blank = name.find_last_of(" \t");
+      if (blank == std::string_view::npos) break;
+      name = trimmed(name.substr(0, blank));
+    }
+    if (const fs::path found = named_file(file_, name); is_file(found))
+      library(found);
+    else
+      missing_libraries_.push_back(
+          fmt::format("material library '{}' ({}) does not exist", name, lines_.here()));
+    names = trimmed(names.substr(name.size()));
   }
-  missing_libraries_.push_back(fmt::format("material library '{}' ({}) does not exist", name, here()));
-  return false;
 }
 
-void ObjReader::read_finishes(const fs::path& library, std::istream& stream) {
-  std::string line;
-  Finish* finish = nullptr;
-  for (Index number = 1; std::getline(stream, line); ++number) {
-    const auto parts = words(line);
-    if (parts.empty()) continue;
-    if (parts[0] == "newmtl") {
-      const std::string name = trimmed(std::string_view(trimmed(line)).substr(6));
-      const auto [entry, added] = finishes_.try_emplace(name);
-      finish = &entry->second;
-      if (added)
-        finish_order_.push_back(name);
-      else
-        mesh_.warnings.push_back(
-            fmt::format("{}:{}: material '{}' is defined again; the last definition holds", library.string(),
-                        number, name));
-      *finish = {};
-    } else if (finish && (parts[0] == "Kd" || parts[0] == "Ke")) {
-      BandValues rgb(3);
-      // One number stands for all three.
-      const std::size_t given = parts.size() - 1;
-      for (std::size_t k = 0; k < 3; ++k) {
-        const auto value =
-            given == 1 || given >= 3 ? finite_number(parts[given == 1 ? 1 : k + 1]) : std::nullopt;
-        if (!value)
-          throw InputError(fmt::format("{}:{}: '{}' must be followed by three numbers (or one for all three)",
-                                       library.string(), number, trimmed(line)));
-        rgb[static_cast<Eigen::Index>(k)] = *value;
-      }
-      (parts[0] == "Kd" ? finish->kd : finish->ke) = rgb;
+void ObjReader::library(const fs::path& file) {
+  if (!libraries_.insert(file).second) return;
+  TextLines lines(file, read_bytes(file));
+  Finish nameless;
+  Finish* finish = &nameless;  // of what stands before the first name
+  while (lines.next_words()) {
+    if (lines.words().front() != "newmtl") {
+      read_finish(lines, *finish);
+      continue;
     }
+    const std::string name(after_first_word(lines.text()));
+    if (name.empty()) {
+      mesh_.warnings.push_back(
+          fmt::format("{}: a material without a name: no face can use it", lines.here()));
+      finish = &nameless;
+      continue;
+    }
+    const auto [entry, added] = finishes_.try_emplace(name);
+    finish = &entry->second;
+    if (added)
+      finish_order_.push_back(name);
+    else
+      mesh_.warnings.push_back(
+          fmt::format("{}: material '{}' is defined again; the last definition holds", lines.here(), name));
+    *finish = {};
   }
+}
+
+BandValues ObjReader::colour(const TextLines& lines) const {
+  const auto& words = lines.words();
+  // One number stands for all three.
+  const std::size_t given = words.size() - 1;
+  BandValues rgb(3);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto value = given == 1 || given >= 3 ? finite_number(words[given == 1 ? 1 : k + 1]) : std::nullopt;
+    if (!value)
+      throw InputError(fmt::format("{}: '{}' must be followed by three numbers (or one for all three)",
+                                   lines.here(), shown(lines.text())));
+    rgb[static_cast<Eigen::Index>(k)] = *value;
+  }
+  return rgb;
+}
+
+void ObjReader::read_finish(const TextLines& lines, Finish& finish) {
+  const auto keyword = lines.words().front();
+  if (keyword == "Kd")
+    finish.kd = colour(lines);
+  else if (keyword == "Ke")
+    finish.ke = colour(lines);
+  else if (keyword == "map_Kd")
+    finish.kd_texture = named_file(lines.file(), texture_name(after_first_word(lines.text())));
+}
+
+/// Kd times the mean of its texture; either alone where the other is not there.
+BandValues ObjReader::reflectance(const std::string& name, const Finish& finish) {
+  std::optional<BandValues> texture;
+  if (finish.kd_texture) {
+    const auto [entry, added] = textures_.try_emplace(*finish.kd_texture);
+    if (added) {
+      entry->second = texture_mean(*finish.kd_texture);
+      if (!entry->second) unread_textures_.push_back(*finish.kd_texture);
+    }
+    texture = entry->second;
+  }
+  if (finish.kd && texture) return *finish.kd * *texture;
+  if (finish.kd) return *finish.kd;
+  if (texture) return *texture;
+  mesh_.warnings.push_back(fmt::format("material '{}' has no Kd: its reflectance is 0", name));
+  return BandValues::Zero(1);
 }
 
 MeshMaterial ObjReader::material(const std::string& name, Index first_face) {
@@ -216,37 +259,14 @@ MeshMaterial ObjReader::material(const std::string& name, Index first_face) {
           fmt::join(missing_libraries_, "; "));
     return result;
   }
-  if (found->second.kd) {
-    result.reflectance = *found->second.kd;
-  } else {
-    result.reflectance = BandValues::Zero(1);
-    mesh_.warnings.push_back(fmt::format("material '{}' has no Kd: its reflectance is 0", name));
-  }
+  result.reflectance = reflectance(name, found->second);
   if (found->second.ke) result.emission = *found->second.ke;
   return result;
 }
 
-MeshFile ObjReader::read() {
-  tinyobj::callback_t callbacks;
-  callbacks.vertex_cb = [](void* self, tinyobj::real_t, tinyobj::real_t, tinyobj::real_t, tinyobj::real_t) {
-    static_cast<ObjReader*>(self)->vertex();
-  };
-  callbacks.index_cb = [](void* self, tinyobj::index_t* indices, int count) {
-    static_cast<ObjReader*>(self)->face(indices, count);
-  };
-  callbacks.usemtl_cb = [](void* self, const char* name, int) {
-    static_cast<ObjReader*>(self)->uses_.push_back(trimmed(name));
-  };
-  std::istream numbered(&lines_);
-  std::string warning, error;
-  const bool parsed = tinyobj::LoadObjWithCallback(numbered, callbacks, this, this, &warning, &error);
-  if (!parsed) throw IoError(fmt::format("{}: {}", here(), trimmed(error)));
-  if (stream_.bad()) throw IoError(fmt::format("{}: cannot be read to its end", file_.string()));
-
+void ObjReader::resolve_faces() {
   auto& geometry = mesh_.geometry;
   const auto vertices = static_cast<Index>(geometry.vertices.size());
-  Index unnamed = 0;
-  MaterialNumbers numbers;
   for (std::size_t f = 0; f < face_lines_.size(); ++f) {
     for (Index k = geometry.face_start[f]; k < geometry.face_start[f + 1]; ++k) {
       const Index v = geometry.corners[static_cast<std::size_t>(k)];
@@ -255,21 +275,39 @@ MeshFile ObjReader::read() {
                                      file_.string(), face_lines_[f], f + 1, v + 1, vertices));
     }
     const std::string& use = uses_[face_uses_[f]];
-    if (use.empty()) ++unnamed;
+    if (use.empty()) ++unnamed_;
     const std::string& name = use.empty() ? kDefaultMaterial : use;
     bool added = false;
-    geometry.face_material[f] = numbers.number(name, added);
+    geometry.face_material[f] = numbers_.number(name, added);
     if (added) mesh_.materials.push_back(material(name, static_cast<Index>(f)));
   }
-  if (unnamed > 0)
-    mesh_.warnings.push_back(fmt::format("{} of {} faces have no material: they get '{}'", unnamed,
-                                         face_lines_.size(), kDefaultMaterial));
-  for (const auto& library : missing_libraries_) mesh_.warnings.push_back(library);
+}
+
+void ObjReader::warn() {
+  auto& warnings = mesh_.warnings;
+  if (unnamed_ > 0)
+    warnings.push_back(fmt::format("{} of {} faces have no material: they get '{}'", unnamed_,
+                                   face_lines_.size(), kDefaultMaterial));
+  for (const auto& library : missing_libraries_) warnings.push_back(library);
+  if (!unread_textures_.empty())
+    warnings.push_back(fmt::format(
+        "{} of {} textures (map_Kd) cannot be read: reflectances are Kd alone there; the first is '{}'{}",
+        unread_textures_.size(), textures_.size(), unread_textures_.front().string(),
+        is_file(unread_textures_.front()) ? "" : ", which does not exist"));
+  if (not_understood_ > 0)
+    warnings.push_back(fmt::format("{} statements are not understood and left out; the first is {}",
+                                   not_understood_, not_understood_first_));
   for (const auto& name : finish_order_) {
     bool added = false;
-    numbers.number(name, added);
-    if (added) mesh_.warnings.push_back(fmt::format("material '{}' is defined, but no face uses it", name));
+    numbers_.number(name, added);
+    if (added) warnings.push_back(fmt::format("material '{}' is defined, but no face uses it", name));
   }
+}
+
+MeshFile ObjReader::read() {
+  while (lines_.next_words()) statement();
+  resolve_faces();
+  warn();
   return std::move(mesh_);
 }
 

@@ -34,7 +34,12 @@ void read_xml(vtkXMLReader& reader, const std::filesystem::path& file) {
   reader.SetReaderErrorObserver(errors);
   reader.SetParserErrorObserver(errors);
   reader.SetFileName(file.c_str());
-  reader.Update();
+  try {
+    reader.Update();
+  } catch (const std::exception&) {  // std::bad_alloc of a size that stands in a damaged file
+    throw IoError(
+        fmt::format("{}: cannot be understood: it asks for more memory than there is", file.string()));
+  }
   if (!errors->first().empty() || reader.GetErrorCode() != vtkErrorCode::NoError)
     throw IoError(fmt::format("{}: cannot be understood: {}", file.string(),
                               errors->first().empty()

@@ -1,4 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <vtkImageData.h>
+#include <vtkNew.h>
+#include <vtkPNGWriter.h>
+#include <vtkPointData.h>
+#include <vtkUnsignedCharArray.h>
+#include <vtkUnsignedShortArray.h>
+
+#include <algorithm>
+#include <cmath>
+
 #include "files.hpp"
 #include "radiosity/io/read_scene.hpp"
 
@@ -107,7 +117,11 @@ TEST(ReadObj, RejectsAVertexThatDoesNotExistNamingFaceAndLine) {
               HasSubstr("a.obj:6: face 2 refers to vertex 9, but the file has only 4"));
   EXPECT_THAT(obj_error(kSquare + "f 1 2 -5\n"), HasSubstr("a.obj:5: face 1 refers to vertex -5"));
   EXPECT_THAT(obj_error(kSquare + "f 0 1 2\n"), HasSubstr("a.obj:5: face 1 refers to vertex 0"));
-  EXPECT_THAT(obj_error(kSquare + "f a b c\n"), HasSubstr("a.obj:5: face 1 refers to vertex 0"));
+  EXPECT_THAT(obj_error(kSquare + "f 1 2 4294967297\n"), HasSubstr("vertex 4294967297"));
+  for (const std::string word : {"a", "1.5", "1,2", "/1", "99999999999999999999", "--1", "+-1"})
+    EXPECT_THAT(
+        obj_error(kSquare + "f 1 2 " + word + "\n"),
+        HasSubstr("a.obj:5: face 1: corner '" + word + "' does not begin with the number of a vertex"));
 }
 
 TEST(ReadObj, RejectsCoordinatesThatAreNotFiniteNumbers) {
@@ -155,6 +169,197 @@ TEST(ReadObj, RejectsAFileWithoutFaces) {
                                     "ELF\0\1\2garbage\n\xff\xfe",
                                     18)),
               HasSubstr("the mesh has no faces"));
+}
+
+/// A closed room of 4 × 2.5 × 3 m with the materials of kRoomMtl.
+const std::string kRoom =
+    "v 0 0 0\nv 4 0 0\nv 4 0 3\nv 0 0 3\nv 0 2.5 0\nv 4 2.5 0\nv 4 2.5 3\nv 0 2.5 3\n"
+    "usemtl floor\nf 1 4 3 2\nusemtl ceil\nf 5 6 7 8\nusemtl w\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+const std::string kRoomMtl =
+    "newmtl floor\nKd 0.2 0.2 0.2\nnewmtl w\nKd 0.5 0.5 0.5\nnewmtl ceil\nKd 0.8 0.8 0.8\nKe 10 10 10\n";
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
+    text.replace(at, from.size(), to);
+  return text;
+}
+
+void expect_same(const LoadedScene& loaded, const LoadedScene& reference) {
+  const Scene &a = loaded.scene, &b = reference.scene;
+  EXPECT_EQ(a.vertices(), b.vertices());
+  ASSERT_EQ(a.face_count(), b.face_count());
+  for (Index f = 0; f < a.face_count(); ++f) {
+    EXPECT_TRUE(std::ranges::equal(a.corners(f), b.corners(f))) << f;
+    EXPECT_EQ(a.material(f), b.material(f)) << f;
+  }
+  ASSERT_EQ(a.materials().size(), b.materials().size());
+  for (std::size_t m = 0; m < a.materials().size(); ++m) {
+    EXPECT_EQ(a.materials()[m].name, b.materials()[m].name);
+    EXPECT_TRUE((a.materials()[m].reflectance == b.materials()[m].reflectance).all());
+    EXPECT_TRUE((a.materials()[m].emission == b.materials()[m].emission).all());
+  }
+  EXPECT_EQ(loaded.warnings, reference.warnings);
+}
+
+class ObjWays : public testing::Test {
+ protected:
+  LoadedScene read(const std::string& obj, const std::string& mtl = kRoomMtl) const {
+    directory_.write("room.mtl", mtl);
+    return read_scene(directory_.write("room.obj", obj));
+  }
+  const TemporaryDirectory directory_;
+  const std::string obj_ = "mtllib room.mtl\n" + kRoom;
+  const LoadedScene plain_ = read(obj_);
+};
+
+TEST_F(ObjWays, LinesMayEndWithCrLfOrCr) {
+  for (const std::string end : {"\r\n", "\r"}) {
+    expect_same(read(replaced(obj_, "\n", end), replaced(kRoomMtl, "\n", end)), plain_);
+    EXPECT_THAT(message_of<InputError>([&] { read(replaced(obj_ + "f 1 2 99\n", "\n", end)); }),
+                HasSubstr("room.obj:19: face 7 refers to vertex 99"));
+  }
+}
+
+TEST_F(ObjWays, AByteOrderMarkIsDropped) {
+  expect_same(read("\xef\xbb\xbf" + obj_, "\xef\xbb\xbf" + kRoomMtl), plain_);
+  EXPECT_THAT(message_of<IoError>([&] { read(std::string("\xff\xfem\0t\0", 6)); }), HasSubstr("UTF-16"));
+}
+
+TEST_F(ObjWays, ABackslashJoinsLines) {
+  const std::string joined =
+      replaced(replaced(obj_, "v 4 2.5 3", "v 4 2.5 \\\n 3"), "f 1 4 3 2", "f 1 4\\ \r\n3 2");
+  expect_same(read(joined), plain_);
+  expect_same(read("# made from C:\\rooms\\\n" + obj_), plain_);
+  EXPECT_THAT(message_of<InputError>([&] { read(joined + "f 1 2 99\n"); }), HasSubstr("room.obj:21: face 7"));
+}
+
+TEST_F(ObjWays, BlanksCommentsAndFormsOfNumbersDoNotMatter) {
+  expect_same(read(replaced(obj_, " ", " \t "), replaced(kRoomMtl, " ", "\t")), plain_);
+  expect_same(read(replaced(obj_, "\n", " \n\n# f 1 2 3\n"), replaced(kRoomMtl, "\n", "\t\n\n#\n")), plain_);
+  expect_same(read(replaced(obj_, "2.5", "+2.5e+0")), plain_);
+  expect_same(read(replaced(obj_, "v 4 2.5 3", "v 4.0 .25E1 3. 1.0 # far")), plain_);
+  expect_same(read(replaced(obj_, "f 1 4 3 2", "f 1/1 4/-1/2 3//3 2/2/2 # floor")), plain_);
+  expect_same(read(obj_.substr(0, obj_.size() - 1), kRoomMtl.substr(0, kRoomMtl.size() - 1)), plain_);
+}
+
+TEST_F(ObjWays, SeveralLibrariesStandOnOneLine) {
+  const auto split = kRoomMtl.find("newmtl ceil");
+  directory_.write("a.mtl", kRoomMtl.substr(0, split));
+  directory_.write("the ceiling.mtl", kRoomMtl.substr(split));
+  for (const std::string line :
+       {"mtllib a.mtl the ceiling.mtl\n", "mtllib the ceiling.mtl a.mtl\n",
+        "mtllib a.mtl\nmtllib the ceiling.mtl a.mtl\n", "mtllib .\\a.mtl \"the ceiling.mtl\"\n"})
+    expect_same(read(line + kRoom), plain_);
+  EXPECT_THAT(message_of<InputError>([&] { read("mtllib a.mtl gone.mtl\n" + kRoom); }),
+              AllOf(HasSubstr("'ceil'"), HasSubstr("material library 'gone.mtl'")));
+}
+
+TEST_F(ObjWays, UsemtlWithoutANameMeansTheDefault) {
+  for (const std::string line : {"usemtl\n", "usemtl \t\n"}) {
+    const LoadedScene loaded = read(replaced(obj_, "usemtl w\n", line));
+    for (Index f = 2; f < 6; ++f)
+      EXPECT_EQ(loaded.scene.materials()[static_cast<std::size_t>(loaded.scene.material(f))].name, "default");
+    EXPECT_THAT(loaded.warnings, ElementsAre("4 of 6 faces have no material: they get 'default'",
+                                             "material 'w' is defined, but no face uses it"));
+  }
+}
+
+TEST_F(ObjWays, ALoopThatWalksRoundTwiceIsOneFace) {
+  const LoadedScene loaded = read(
+      replaced(replaced(obj_, "f 5 6 7 8", "f 5 6 7 8 5 6 7 8"), "f 4 1 5 8", "f 4 1 5 8 4 1 5 8 4 1 5 8"));
+  EXPECT_THAT(loaded.scene.corners(1), ElementsAre(4, 5, 6, 7));
+  EXPECT_THAT(loaded.scene.corners(5), ElementsAre(3, 0, 4, 7));
+  EXPECT_THAT(loaded.warnings,
+              ElementsAre("2 faces walk round their loop more than once: one round is kept"));
+}
+
+TEST_F(ObjWays, StatementsThatAreNotUnderstoodAreCounted) {
+  const LoadedScene loaded = read(obj_ + "F 1 2 3\nsurf 0 1 0 1 1 2 3\ng a\ns 1\nl 1 2\n");
+  EXPECT_THAT(loaded.warnings, ElementsAre(AllOf(HasSubstr("2 statements are not understood"),
+                                                 HasSubstr("room.obj:19: 'F 1 2 3'"))));
+}
+
+/// A TGA image of 2 × 1 pixels: red is 0 and 255, green 128, blue 0.
+/// Linear means: (0 + 1)/2, ((128/255 + 0.055)/1.055)^2.4, 0.
+const std::string kImage(
+    "\0\0\2\0\0\0\0\0\0\0\0\0\2\0\1\0\x18\0"
+    "\0\x80\0\0\x80\xff",
+    24);
+const double kHalf = std::pow((128 / 255.0 + 0.055) / 1.055, 2.4);
+
+BandValues reflectance_with(const TemporaryDirectory& directory, const std::string& statements,
+                            std::vector<std::string>* warnings = nullptr) {
+  directory.write("a.mtl", "newmtl m\n" + statements);
+  const LoadedScene loaded =
+      read_scene(directory.write("a.obj", "mtllib a.mtl\n" + kSquare + "usemtl m\nf 1 2 3 4\n"));
+  if (warnings) *warnings = loaded.warnings;
+  return loaded.scene.materials()[0].reflectance;
+}
+
+TEST(ReadObj, ATextureGivesItsMeanInLinearLightTimesKd) {
+  const TemporaryDirectory directory;
+  directory.write("textures/my image.tga", kImage);
+  for (const std::string name :
+       {"textures/my image.tga", "textures\\my image.tga", "\"textures/my image.tga\"",
+        "-s 2 2 2 textures/my image.tga", "-o 0.5 -blendu on -mm 0 1 -clamp off textures\\my image.tga",
+        "-s 1 1 -bm 0.5  textures/my image.tga\r"}) {
+    const BandValues rho = reflectance_with(directory, "map_Kd " + name + "\nKd 0.5 0.25 1\n");
+    ASSERT_EQ(rho.size(), 3) << name;
+    EXPECT_NEAR(rho[0], 0.25, 1e-15) << name;
+    EXPECT_NEAR(rho[1], 0.25 * kHalf, 1e-15);
+    EXPECT_EQ(rho[2], 0);
+  }
+  EXPECT_NEAR(reflectance_with(directory, "map_Kd textures/my image.tga\n")[0], 0.5, 1e-15);
+}
+
+/// Pixels of several channels, one after the other, as a PNG file.
+template <class Array>
+void write_png(const std::filesystem::path& file, int width, int channels,
+               const std::vector<typename Array::ValueType>& values) {
+  vtkNew<Array> pixels;
+  pixels->SetNumberOfComponents(channels);
+  for (const auto value : values) pixels->InsertNextValue(value);
+  vtkNew<vtkImageData> image;
+  image->SetDimensions(width, 1, 1);
+  image->GetPointData()->SetScalars(pixels);
+  vtkNew<vtkPNGWriter> writer;
+  writer->SetInputData(image);
+  writer->SetFileName(file.c_str());
+  writer->Write();
+}
+
+TEST(ReadObj, TexturesMayBeGreyHaveAlphaOr16Bits) {
+  const TemporaryDirectory directory;
+  write_png<vtkUnsignedCharArray>(directory / "grey.png", 4, 1, {0, 255, 255, 255});
+  write_png<vtkUnsignedCharArray>(directory / "grey-alpha.png", 2, 2, {0, 9, 128, 0});
+  write_png<vtkUnsignedCharArray>(directory / "alpha.png", 2, 4, {255, 0, 128, 0, 255, 255, 128, 255});
+  write_png<vtkUnsignedShortArray>(directory / "deep.png", 2, 3, {65535, 0, 128 * 257, 0, 0, 128 * 257});
+  const auto is = [&](const std::string& name, double r, double g, double b) {
+    const BandValues rho = reflectance_with(directory, "map_Kd " + name + "\n");
+    ASSERT_EQ(rho.size(), 3) << name;
+    EXPECT_LT((rho - rgb(r, g, b)).abs().maxCoeff(), 1e-12) << name << ' ' << rho.transpose();
+  };
+  is("grey.png", 0.75, 0.75, 0.75);
+  is("grey-alpha.png", kHalf / 2, kHalf / 2, kHalf / 2);
+  is("alpha.png", 1, 0.5, kHalf);
+  is("deep.png", 0.5, 0, kHalf);
+}
+
+TEST(ReadObj, TexturesThatCannotBeReadAreOneWarning) {
+  const TemporaryDirectory directory;
+  directory.write("good.tga", kImage);
+  directory.write("cut.png", "\x89PNG\r\n");
+  directory.write(
+      "a.mtl",
+      "newmtl one\nKd 0.25 0.5 0.75\nmap_Kd textures\\gone.png\nnewmtl two\nKd 0.5 0.5 0.5\nmap_Kd cut.png\n"
+      "newmtl three\nKd 0.5 0.5 0.5\nmap_Kd good.tga\n");
+  const auto file =
+      directory.write("a.obj", "mtllib a.mtl\n" + kSquare +
+                                   "usemtl one\nf 1 2 3\nusemtl two\nf 1 3 4\nusemtl three\nf 1 2 4\n");
+  const LoadedScene loaded = read_scene(file);
+  EXPECT_TRUE((loaded.scene.materials()[0].reflectance == rgb(0.25, 0.5, 0.75)).all());
+  EXPECT_THAT(loaded.warnings, ElementsAre(AllOf(HasSubstr("2 of 3 textures (map_Kd) cannot be read"),
+                                                 HasSubstr("textures/gone.png', which does not exist"))));
 }
 
 TEST(ReadObj, ReadsTheOriginalCornellBoxAsItsFileSays) {
