@@ -33,8 +33,8 @@ inline const std::string kDefaultMaterial = "default";
 MeshFile read_obj(const std::filesystem::path& file);
 MeshFile read_soup(const std::filesystem::path& file, const std::string& extension);  // .ply .stl .off
 MeshFile read_ply(const std::filesystem::path& file);
-MeshFile read_vtk(const std::filesystem::path& file, const std::string& extension);   // .vtp .vtu
-MeshFile read_gltf(const std::filesystem::path& file);                                // .gltf .glb
+MeshFile read_vtk(const std::filesystem::path& file, const std::string& extension);  // .vtp .vtu
+MeshFile read_gltf(const std::filesystem::path& file);                               // .gltf .glb
 MeshFile read_assimp(const std::filesystem::path& file);
 bool assimp_reads(const std::string& extension);
 
