@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <cstring>
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
@@ -88,5 +89,13 @@ struct ChildResult {
 /// a copy of this process with one thread only: the work must not need the others, and may print nothing. Throws
 /// IoError where there can be no child.
 ChildResult run_in_child(const std::function<std::string()>& work, const ChildLimits& limits);
+
+/// Limits for reading that many bytes: 1 GB and 100 bytes for each, 10 s and 20 s for each megabyte.
+ChildLimits limits_for(std::uint64_t bytes);
+
+/// run_in_child for a library that reads a file and may not survive it. Throws IoError where it crashes or needs
+/// more than limits_for the file's size.
+std::string run_isolated(const std::filesystem::path& file, const std::string& library,
+                         const std::function<std::string()>& work);
 
 }  // namespace radiosity

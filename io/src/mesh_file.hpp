@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <set>
 #include <string>
@@ -37,6 +38,11 @@ MeshFile read_vtk(const std::filesystem::path& file, const std::string& extensio
 MeshFile read_gltf(const std::filesystem::path& file);                               // .gltf .glb
 MeshFile read_assimp(const std::filesystem::path& file);
 bool assimp_reads(const std::string& extension);
+
+/// `read` in a child process, since its library may not survive a damaged file. Throws what `read` throws, and
+/// IoError where the library crashes or takes too much memory or time.
+MeshFile read_isolated(const std::filesystem::path& file, const std::string& library,
+                       const std::function<MeshFile()>& read);
 
 /// Chooses the reader by the extension. Coordinates are as in the file.
 MeshFile read_mesh(const std::filesystem::path& file);

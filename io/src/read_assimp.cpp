@@ -9,7 +9,6 @@
 #include <cctype>
 #include <fstream>
 
-#include "child_process.hpp"
 #include "mesh_file.hpp"
 #include "radiosity/meshing/error.hpp"
 
@@ -112,92 +111,6 @@ class AssimpReader {
   std::size_t skipped_ = 0;
 };
 
-void pack(Packer& packer, const std::string& text) {
-  packer.put_all(text.data(), text.size());
-}
-
-std::string take_text(Unpacker& unpacker) {
-  const auto letters = unpacker.take_all<char>();
-  return {letters.begin(), letters.end()};
-}
-
-void pack(Packer& packer, const BandValues& values) {
-  packer.put_all(values.data(), static_cast<std::size_t>(values.size()));
-}
-
-BandValues take_bands(Unpacker& unpacker) {
-  const auto values = unpacker.take_all<double>();
-  return Eigen::Map<const BandValues>(values.data(), static_cast<Eigen::Index>(values.size()));
-}
-
-std::string packed(const MeshFile& mesh) {
-  Packer packer;
-  const Scene::Arrays& geometry = mesh.geometry;
-  packer.put_all(geometry.vertices.empty() ? nullptr : geometry.vertices.front().data(),
-                 3 * geometry.vertices.size());
-  packer.put_all(geometry.corners.data(), geometry.corners.size());
-  packer.put_all(geometry.face_start.data(), geometry.face_start.size());
-  packer.put_all(geometry.face_material.data(), geometry.face_material.size());
-  packer.put(mesh.materials.size());
-  for (const MeshMaterial& material : mesh.materials) {
-    pack(packer, material.name);
-    pack(packer, material.reflectance);
-    pack(packer, material.emission);
-  }
-  packer.put(mesh.warnings.size());
-  for (const std::string& warning : mesh.warnings) pack(packer, warning);
-  return std::move(packer.bytes());
-}
-
-/// Scene checks all numbers of vertices, corners and materials.
-MeshFile take_mesh(Unpacker& unpacker) {
-  MeshFile mesh;
-  const auto coordinates = unpacker.take_all<double>();
-  for (std::size_t k = 0; k + 2 < coordinates.size(); k += 3)
-    mesh.geometry.vertices.emplace_back(&coordinates[k]);
-  mesh.geometry.corners = unpacker.take_all<Index>();
-  mesh.geometry.face_start = unpacker.take_all<Index>();
-  mesh.geometry.face_material = unpacker.take_all<Index>();
-  for (auto count = unpacker.take<std::size_t>(); count > 0 && unpacker.good(); --count) {
-    MeshMaterial material;
-    material.name = take_text(unpacker);
-    material.reflectance = take_bands(unpacker);
-    material.emission = take_bands(unpacker);
-    mesh.materials.push_back(std::move(material));
-  }
-  for (auto count = unpacker.take<std::size_t>(); count > 0 && unpacker.good(); --count)
-    mesh.warnings.push_back(take_text(unpacker));
-  return mesh;
-}
-
-/// Runs in a child process. A mesh, or the sentence that says why there is none.
-std::string import(const std::filesystem::path& file) {
-  const auto refusal = [](const std::string& why) {
-    Packer packer;
-    packer.put(false);
-    pack(packer, why);
-    return std::move(packer.bytes());
-  };
-  Assimp::Importer importer;
-  const aiScene* scene = importer.ReadFile(file.string(), 0);
-  if (!scene) return refusal(importer.GetErrorString());
-  if (!scene->mRootNode || (scene->mFlags & AI_SCENE_FLAGS_INCOMPLETE) != 0)
-    return refusal("it holds no complete scene");
-  Packer packer;
-  packer.put(true);
-  return packer.bytes() + packed(AssimpReader(*scene).read());
-}
-
-/// Tables of single-precision meshes take below 100 bytes for each byte of text; a damaged 10 KB file was seen to
-/// take 6 GB in 38 s. Geometry with curves and openings takes below 5 s a megabyte.
-ChildLimits limits(const std::filesystem::path& file) {
-  std::error_code ignored;
-  const auto bytes = std::max<std::uintmax_t>(std::filesystem::file_size(file, ignored), 1);
-  constexpr std::uint64_t kLeastBytes = 1'000'000'000, kBytesPerByte = 100;
-  constexpr double kLeastSeconds = 10, kSecondsPerByte = 20e-6;
-  return {kLeastBytes + kBytesPerByte * bytes, kLeastSeconds + kSecondsPerByte * static_cast<double>(bytes)};
-}
-
 /// The header of an IFC file says FILE_SCHEMA(('IFC2X3')).
 void require_known_schema(const std::filesystem::path& file) {
   constexpr std::size_t kHeader = 100'000;
@@ -224,34 +137,15 @@ bool assimp_reads(const std::string& extension) {
 }
 
 MeshFile read_assimp(const std::filesystem::path& file) {
-  const auto refuse = [&](const std::string& why) {
-    throw IoError(fmt::format("{}: {}", file.string(), why));
-  };
-  const std::string reader =
-      fmt::format("the reader (assimp {}.{})", aiGetVersionMajor(), aiGetVersionMinor());
   if (lower_case_extension(file) == ".ifc") require_known_schema(file);
-  const ChildLimits most = limits(file);
-  const ChildResult result = run_in_child([&] { return import(file); }, most);
-  switch (result.end) {
-    case ChildEnd::crashed:
-      refuse(fmt::format("{} crashed on this file", reader));
-      break;
-    case ChildEnd::out_of_memory:
-      refuse(fmt::format("{} needs more than {:.1f} GB for this file", reader,
-                         static_cast<double>(most.bytes) / 1e9));
-      break;
-    case ChildEnd::out_of_time:
-      refuse(fmt::format("{} took longer than {:.0f} s over this file", reader, most.seconds));
-      break;
-    case ChildEnd::done:
-      break;
-  }
-  Unpacker unpacker(result.bytes);
-  const bool understood = unpacker.take<bool>();
-  if (!understood) refuse(fmt::format("cannot be understood: {}", take_text(unpacker)));
-  MeshFile mesh = take_mesh(unpacker);
-  if (!unpacker.complete()) refuse(fmt::format("{} crashed on this file", reader));
-  return mesh;
+  return read_isolated(file, fmt::format("assimp {}.{}", aiGetVersionMajor(), aiGetVersionMinor()), [&] {
+    Assimp::Importer importer;
+    const aiScene* scene = importer.ReadFile(file.string(), 0);
+    if (!scene || !scene->mRootNode || (scene->mFlags & AI_SCENE_FLAGS_INCOMPLETE) != 0)
+      throw IoError(fmt::format("{}: cannot be understood: {}", file.string(),
+                                scene ? "it holds no complete scene" : importer.GetErrorString()));
+    return AssimpReader(*scene).read();
+  });
 }
 
 }  // namespace radiosity

@@ -83,7 +83,7 @@ MeshFile read_mesh(const fs::path& file) {
   else if (extension == ".ply" || extension == ".stl" || extension == ".off")
     mesh = read_soup(file, extension);
   else if (extension == ".vtp" || extension == ".vtu")
-    mesh = read_vtk(file, extension);
+    mesh = read_isolated(file, "VTK", [&] { return read_vtk(file, extension); });
   else if (extension == ".gltf" || extension == ".glb")
     mesh = read_gltf(file);
   else if (extension == ".toml")

@@ -22,6 +22,7 @@
 #include <fstream>
 #include <limits>
 
+#include "child_process.hpp"
 #include "mesh_file.hpp"
 #include "radiosity/io/image.hpp"
 #include "radiosity/io/output.hpp"
@@ -232,9 +233,20 @@ SolvedMesh read_solution(const fs::path& file) {
   if (lower_case_extension(file) != ".vtp")
     throw IoError(
         fmt::format("{}: a solved scene has the extension .vtp; radiosity solve writes one", file.string()));
-  vtkNew<vtkXMLPolyDataReader> reader;
-  read_xml(*reader, file);
-  return SolutionReader(file, *reader->GetOutput()).read();
+  const auto read = [&] {
+    vtkNew<vtkXMLPolyDataReader> reader;
+    read_xml(*reader, file);
+    return SolutionReader(file, *reader->GetOutput()).read();
+  };
+  // VTK may not survive a damaged file: tried where that does no harm. What it throws there, it throws here.
+  run_isolated(file, "VTK", [&] {
+    try {
+      read();
+    } catch (const Error&) {
+    }
+    return std::string();
+  });
+  return read();
 }
 
 SolutionSeries::SolutionSeries(fs::path pvd_file, const PatchMesh& mesh)

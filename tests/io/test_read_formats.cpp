@@ -195,22 +195,21 @@ TEST(ReadIfc, RefusesOtherSchemasThanIfc2x3ByName) {
       file.string() + ": its schema is IFC4, and only IFC2X3 is read: export it as IFC2x3, glTF or OBJ");
 }
 
-class EverySeed : public testing::TestWithParam<std::filesystem::path> {};
-
-std::vector<std::filesystem::path> seeds() {
+/// The scenes in a folder of tests/data, a folder each.
+std::vector<std::filesystem::path> scene_folders(const std::string& name) {
   std::vector<std::filesystem::path> folders;
   for (const auto& folder :
-       std::filesystem::directory_iterator(std::filesystem::path(RADIOSITY_SOURCE_DIR) / "tests/data/seeds"))
+       std::filesystem::directory_iterator(std::filesystem::path(RADIOSITY_SOURCE_DIR) / "tests/data" / name))
     folders.push_back(folder.path());
   std::sort(folders.begin(), folders.end());
   return folders;
 }
 
-INSTANTIATE_TEST_SUITE_P(Fuzz, EverySeed, testing::ValuesIn(seeds()), [](const auto& folder) {
+std::string name_of(const testing::TestParamInfo<std::filesystem::path>& folder) {
   std::string name = folder.param.filename();
   std::replace(name.begin(), name.end(), '-', '_');
   return name;
-});
+}
 
 /// scene.toml, or the one mesh in the folder.
 std::filesystem::path main_file(const std::filesystem::path& folder) {
@@ -223,9 +222,27 @@ std::filesystem::path main_file(const std::filesystem::path& folder) {
   return mesh;
 }
 
+/// What scripts/fuzz starts from.
+class EverySeed : public testing::TestWithParam<std::filesystem::path> {};
+INSTANTIATE_TEST_SUITE_P(Fuzz, EverySeed, testing::ValuesIn(scene_folders("seeds")), name_of);
+
 TEST_P(EverySeed, IsAScene) {
   const LoadedScene loaded = read_scene(main_file(GetParam()));
   EXPECT_GE(loaded.scene.face_count(), 2);
+}
+
+/// Files that scripts/fuzz made, and that a reader did not survive once.
+class EveryFind : public testing::TestWithParam<std::filesystem::path> {};
+INSTANTIATE_TEST_SUITE_P(Fuzz, EveryFind, testing::ValuesIn(scene_folders("corpus")), name_of);
+
+TEST_P(EveryFind, IsASceneOrAnError) {
+  const auto file = main_file(GetParam());
+  try {
+    const LoadedScene loaded = read_scene(file);
+    EXPECT_GE(loaded.scene.face_count(), 1);
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), StartsWith(GetParam().string()));
+  }
 }
 
 /// Two unit squares side by side as polygons.
