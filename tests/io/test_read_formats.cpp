@@ -300,6 +300,66 @@ TEST(ReadVtp, WithoutArraysHasTheDefaultMaterial) {
   EXPECT_EQ(scene.materials()[0].name, "default");
 }
 
+/// Two squares as text, with these numbers in place of the right ones.
+std::string vtp_text(const std::string& points, const std::string& connectivity, const std::string& offsets) {
+  return "<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" "
+         "header_type=\"UInt64\"><PolyData>"
+         "<Piece NumberOfPoints=\"" +
+         points +
+         "\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" "
+         "NumberOfPolys=\"2\"><Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">"
+         "0 0 0 1 0 0 2 0 0 0 1 0 1 1 0 2 1 0</DataArray></Points><Polys>"
+         "<DataArray type=\"Int64\" Name=\"connectivity\" format=\"ascii\">" +
+         connectivity +
+         "</DataArray>"
+         "<DataArray type=\"Int64\" Name=\"offsets\" format=\"ascii\">" +
+         offsets +
+         "</DataArray>"
+         "</Polys></Piece></PolyData></VTKFile>";
+}
+
+TEST(ReadVtp, RejectsNumbersThatVtkDoesNotCheck) {
+  const TemporaryDirectory directory;
+  const auto read = [&](const std::string& points, const std::string& connectivity,
+                        const std::string& offsets) {
+    return read_scene(directory.write("a.vtp", vtp_text(points, connectivity, offsets)));
+  };
+  EXPECT_THAT(read("6", "0 1 4 3 1 2 5 4", "4 8").scene.corners(1), ElementsAre(1, 2, 5, 4));
+  const auto error = [&](const std::string& points, const std::string& connectivity,
+                         const std::string& offsets) {
+    const std::string message = message_of<IoError>([&] { read(points, connectivity, offsets); });
+    EXPECT_THAT(message, StartsWith((directory / "a.vtp").string()));
+    return message;
+  };
+  EXPECT_THAT(error("6", "0 1 4 3 1 2 6 4", "4 8"),
+              HasSubstr("a cell refers to point 6, but there are only 6"));
+  EXPECT_THAT(error("6", "0 1 4 3 1 2 4294967296 4", "4 8"), HasSubstr("point 4294967296"));
+  EXPECT_THAT(error("6", "0 1 4 3 1 2 -1 4", "4 8"), HasSubstr("point -1"));
+  error("6", "0 1 4 3 1 2 5 4", "9 8");
+  error("6", "0 1 4 3 1 2 5 4", "8 8");
+  error("6", "0 1 4 3 1 2 5 4", "4 800000000000");
+  error("4000000000000", "0 1 4 3 1 2 5 4", "4 8");
+  error("-1", "0 1 4 3 1 2 5 4", "4 8");
+}
+
+TEST(ReadVtp, RejectsAFileThatIsCutWithinItsData) {
+  const TemporaryDirectory directory;
+  vtkNew<vtkXMLPolyDataWriter> writer;
+  const auto data = two_squares();
+  writer->SetFileName((directory / "a.vtp").c_str());
+  writer->SetInputData(data);
+  writer->SetDataModeToAppended();
+  writer->EncodeAppendedDataOff();
+  EXPECT_EQ(writer->Write(), 1);
+  const std::string whole = read_text(directory / "a.vtp");
+  // The data end where their closing tag begins; VTK reads no further.
+  const std::size_t end = whole.rfind("</AppendedData>");
+  for (std::size_t size = 0; size < end - 4; size += 29) {
+    const auto file = directory.write("cut.vtp", whole.substr(0, size));
+    EXPECT_THAT(message_of<IoError>([&] { read_scene(file); }), StartsWith(file.string())) << size;
+  }
+}
+
 TEST(ReadVtp, RejectsDifferentNumbersOfComponents) {
   const TemporaryDirectory directory;
   const auto data = two_squares();
