@@ -126,7 +126,7 @@ class Parent {
   }
 
   int wait() {
-    int status = -1;
+    int status = 0;  // and so it stays where the program ignores SIGCHLD, and the system does not keep it
     while (waitpid(child_, &status, 0) < 0 && errno == EINTR) {
     }
     child_ = -1;
