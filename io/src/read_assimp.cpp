@@ -141,6 +141,9 @@ MeshFile read_assimp(const std::filesystem::path& file) {
   return read_isolated(file, fmt::format("assimp {}.{}", aiGetVersionMajor(), aiGetVersionMinor()), [&] {
     Assimp::Importer importer;
     const aiScene* scene = importer.ReadFile(file.string(), 0);
+    // Assimp catches what it does not expect and keeps the words.
+    if (!scene && std::string_view(importer.GetErrorString()).find("bad_alloc") != std::string_view::npos)
+      throw std::bad_alloc();
     if (!scene || !scene->mRootNode || (scene->mFlags & AI_SCENE_FLAGS_INCOMPLETE) != 0)
       throw IoError(fmt::format("{}: cannot be understood: {}", file.string(),
                                 scene ? "it holds no complete scene" : importer.GetErrorString()));
