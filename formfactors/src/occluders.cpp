@@ -62,10 +62,13 @@ Occluders::Occluders(const PatchMesh& mesh, const std::vector<Facet>& facets,
       groups_(groups) {
   constexpr std::size_t kMostBytes = 1 << 28;
   const auto n = static_cast<std::size_t>(mesh.patch_count());
-  for (const Facet& facet : facets) {
-    for (const Facet::Piece& piece : facet.pieces) {
-      Convex polygon{piece.corners, piece.normal, piece.normal.dot(piece.corners[0] - origin), {}};
-      for (Vec3& c : polygon.corners) c -= origin;
+  for (std::size_t f = 0; f < facets.size(); ++f) {
+    for (const Facet::Piece& piece : facets[f].pieces) {
+      Convex polygon{piece.corners, piece.normal, 0, {}, f};
+      for (Vec3& c : polygon.corners) {
+        c -= origin;
+        polygon.offset += piece.normal.dot(c) / static_cast<double>(piece.corners.size());
+      }
       polygon.box = box_of(polygon.corners);
       polygons_.push_back(std::move(polygon));
     }
@@ -79,20 +82,22 @@ Occluders::Occluders(const PatchMesh& mesh, const std::vector<Facet>& facets,
   }
   tbb::parallel_for(std::size_t{0}, groups.size(), [&](std::size_t g) {
     const PatchGroup& group = groups[g];
-    mark(group_sides_, g, group.corners, group.normal, group.offset);
+    const std::size_t other_side = facets[group.facet].back;
+    mark(group_sides_, g, group.corners, group.normal, group.offset, group.facet, other_side);
     std::vector<Vec3> corners;
     for (const Index i : group.patches) {
       corners.clear();
       for (const Index v : mesh.corners(i)) corners.push_back(mesh.vertex(v) - origin);
       const Vec3& normal = mesh.normal(i);
-      mark(patch_sides_, static_cast<std::size_t>(i), corners, normal, normal.dot(mesh.centroid(i) - origin));
+      mark(patch_sides_, static_cast<std::size_t>(i), corners, normal, normal.dot(mesh.centroid(i) - origin),
+           group.facet, other_side);
     }
   });
   for (const PatchGroup& group : groups) group_boxes_.push_back(box_of(group.corners));
 }
 
 void Occluders::mark(Sides& sides, std::size_t i, std::span<const Vec3> corners, const Vec3& normal,
-                     double offset) const {
+                     double offset, std::size_t facet, std::size_t other_side) const {
   for (std::size_t o = 0; o < polygons_.size(); ++o) {
     const Convex& polygon = polygons_[o];
     bool front = true;
@@ -102,7 +107,8 @@ void Occluders::mark(Sides& sides, std::size_t i, std::span<const Vec3> corners,
       front = front && h >= -slack_;
       back = back && h <= slack_;
     }
-    const bool facing = std::any_of(polygon.corners.begin(), polygon.corners.end(),
+    const bool facing = polygon.facet != facet && polygon.facet != other_side &&
+                        std::any_of(polygon.corners.begin(), polygon.corners.end(),
                                     [&](const Vec3& c) { return normal.dot(c) - offset > slack_; });
     const std::size_t word = i * words_ + o / 64;
     sides.front[word] |= static_cast<std::uint64_t>(front) << (o % 64);

@@ -69,6 +69,7 @@ class Occluders {
     Vec3 normal;
     double offset;
     Box box;
+    std::size_t facet;
   };
   /// Bits of the polygons, words_ for each patch or group.
   struct Sides {
@@ -77,8 +78,9 @@ class Occluders {
     std::vector<std::uint64_t> facing;  ///< something of the polygon is in front of it
   };
 
-  void mark(Sides& sides, std::size_t i, std::span<const Vec3> corners, const Vec3& normal,
-            double offset) const;
+  // `facet` is that of the marked one, `other_side` the facet that is its back: neither ever hides anything from it.
+  void mark(Sides& sides, std::size_t i, std::span<const Vec3> corners, const Vec3& normal, double offset,
+            std::size_t facet, std::size_t other_side) const;
   // Keeps of scratch.candidates what reaches into the shaft between p and q.
   View narrow(std::span<const Vec3> p, std::span<const Vec3> q, Scratch& scratch) const;
   void make_shaft(std::span<const Vec3> p, std::span<const Vec3> q, Scratch& scratch) const;

@@ -138,7 +138,9 @@ std::uint64_t PairCounts::*PairFactors::approach(Index i, std::size_t group) con
   const Polygon& p = polygons_[static_cast<std::size_t>(i)];
   const PatchGroup& g = groups_[group];
   const double height = p.normal.dot(p.centroid);
-  const bool behind = std::none_of(g.corners.begin(), g.corners.end(),
+  const PatchGroup& own = groups_[group_of_[static_cast<std::size_t>(i)]];
+  const bool behind = g.facet == own.facet || g.facet == visibility_.facets()[own.facet].back ||
+                      std::none_of(g.corners.begin(), g.corners.end(),
                                    [&](const Vec3& c) { return p.normal.dot(c) > height; }) ||
                       std::none_of(p.corners.begin(), p.corners.end(),
                                    [&](const Vec3& c) { return g.normal.dot(c) > g.offset; });

@@ -13,6 +13,7 @@ struct Grouper {
   const Vec3& origin;
   std::vector<PatchGroup>& groups;
   Vec3 normal, u, v;
+  std::size_t facet;
 
   void add(std::vector<Index>::iterator first, std::vector<Index>::iterator last) {
     Eigen::AlignedBox2d box;
@@ -35,7 +36,7 @@ struct Grouper {
       add(middle, last);
       return;
     }
-    PatchGroup group{{first, last}, {}, normal, normal.dot(mesh.centroid(*first) - origin)};
+    PatchGroup group{{first, last}, {}, normal, normal.dot(mesh.centroid(*first) - origin), facet};
     std::sort(group.patches.begin(), group.patches.end());
     if (group.patches.size() == 1) {
       for (const Index c : mesh.corners(*first)) group.corners.push_back(mesh.vertex(c) - origin);
@@ -55,13 +56,14 @@ struct Grouper {
 std::vector<PatchGroup> patch_groups(const PatchMesh& mesh, const std::vector<Facet>& facets,
                                      const Vec3& origin) {
   std::vector<PatchGroup> groups;
-  for (const Facet& facet : facets) {
+  for (std::size_t f = 0; f < facets.size(); ++f) {
+    const Facet& facet = facets[f];
     const Vec3& normal = facet.patches.size() == 1 ? mesh.normal(facet.patches[0]) : facet.pieces[0].normal;
     // Along an edge of the facet, where walls end.
     const Vec3 u = (facet.pieces[0].corners[1] - facet.pieces[0].corners[0]).normalized();
     const Vec3 v = normal.cross(u).normalized();
     std::vector<Index> patches = facet.patches;
-    Grouper{mesh, origin, groups, normal, v.cross(normal), v}.add(patches.begin(), patches.end());
+    Grouper{mesh, origin, groups, normal, v.cross(normal), v, f}.add(patches.begin(), patches.end());
   }
   return groups;
 }

@@ -15,6 +15,7 @@ struct PatchGroup {
       corners;    ///< of a convex polygon that holds them, relative to the origin; counter-clockwise
   Vec3 normal;    ///< unit, front
   double offset;  ///< normal·x on the plane
+  std::size_t facet;
 };
 
 /// Facets halved across their longer side until no part has more than 32 patches.

@@ -22,6 +22,8 @@ namespace {
 struct Plane {
   float nx, ny, nz, d;  // n·x = d, n a unit vector
   std::uint32_t facet = 0;
+  std::uint32_t back = 0;  // the other side of the facet; `facet` where there is none
+  float clear = 0;         // what is higher over the plane is neither in it nor part of the facet
   float height(float x, float y, float z) const { return nx * x + ny * y + nz * z - d; }
 };
 
@@ -104,8 +106,13 @@ struct Visibility::Impl {
     if (device != nullptr) rtcReleaseDevice(device);
   }
 
+  // A facet never hides a point of itself, whatever rounding did to its corners.
+  bool is_side_of(const Plane& plane, unsigned triangle) const {
+    return triangles[triangle].facet == plane.facet || triangles[triangle].facet == plane.back;
+  }
+
   bool lies_in(const Plane& plane, unsigned triangle) const {
-    if (triangles[triangle].facet == plane.facet) return true;
+    if (is_side_of(plane, triangle)) return true;
     for (const auto& x : triangles[triangle].corners)
       if (std::abs(plane.height(x[0], x[1], x[2])) > tolerance::kSamePlane) return false;
     return true;
@@ -174,8 +181,9 @@ void Visibility::Impl::filter(const RTCFilterFunctionNArguments* args) {
       continue;
     }
     for (const Plane* plane : {context->from, context->to}) {
-      if (plane != nullptr && plane->height(x, y, z) < 2 * tolerance::kSamePlane &&
-          context->impl->lies_in(*plane, triangle)) {
+      if (plane != nullptr && (context->impl->is_side_of(*plane, triangle) ||
+                               (plane->height(x, y, z) < 2 * tolerance::kSamePlane &&
+                                context->impl->lies_in(*plane, triangle)))) {
         args->valid[k] = 0;
       }
     }
@@ -239,9 +247,29 @@ Visibility::Visibility(const PatchMesh& mesh)
     impl_->planes.push_back({static_cast<float>(n.x()), static_cast<float>(n.y()), static_cast<float>(n.z()),
                              static_cast<float>(d)});
   }
-  for (std::size_t f = 0; f < facets_.size(); ++f)
-    for (const Index i : facets_[f].patches)
-      impl_->planes[static_cast<std::size_t>(i)].facet = static_cast<std::uint32_t>(f);
+  for (std::size_t f = 0; f < facets_.size(); ++f) {
+    const Facet& facet = facets_[f];
+    // Heights over a patch's plane are at most those over the facet's and what the tilt between the two adds.
+    const Vec3& normal = facet.pieces[0].normal;
+    const Vec3& origin = facet.pieces[0].corners[0];
+    double deviation = 0;
+    Eigen::AlignedBox3d box;
+    for (const Facet::Piece& piece : facet.pieces) {
+      for (const Vec3& c : piece.corners) {
+        deviation = std::max(deviation, std::abs(normal.dot(c - origin)));
+        box.extend(c);
+      }
+    }
+    for (const Index i : facet.patches) {
+      Plane& plane = impl_->planes[static_cast<std::size_t>(i)];
+      plane.facet = static_cast<std::uint32_t>(f);
+      plane.back = static_cast<std::uint32_t>(facet.back == Facet::kNoBack ? f : facet.back);
+      const double rise = deviation + std::abs(normal.dot(mesh.centroid(i) - origin)) +
+                          (mesh.normal(i) - normal).norm() * box.diagonal().norm();
+      plane.clear =
+          static_cast<float>(rise * scale_) + 3 * tolerance::kSamePlane;  // with room for rounded origins
+    }
+  }
 
   impl_->device = rtcNewDevice(nullptr);
   if (impl_->device == nullptr) throw std::runtime_error("Embree cannot make a device");
@@ -301,8 +329,8 @@ void Visibility::first_hits(Packet& packet) const {
   if (const Plane* from = context.from) {
     for (std::size_t i = 0; i < 16; ++i) {
       const float rise = from->nx * packet.dx[i] + from->ny * packet.dy[i] + from->nz * packet.dz[i];
-      // With room for the rounding of the origins. A ray that does not rise is looked at in full.
-      risen[i] = rise > 0 ? 3 * tolerance::kSamePlane / rise : std::numeric_limits<float>::infinity();
+      // A ray that does not rise is looked at in full.
+      risen[i] = rise > 0 ? from->clear / rise : std::numeric_limits<float>::infinity();
     }
     context.risen = risen.data();
   }

@@ -17,6 +17,13 @@ namespace {
 
 using Loop = std::vector<Index>;
 
+/// Pieces of one planar polygon of the file, seen from one side; or a single patch.
+struct Face {
+  std::vector<Index> patches;  // ascending
+  Vec3 normal, centre;
+  double deviation = 0;  // m: how far off the plane the corners are
+};
+
 class Finder {
  public:
   explicit Finder(const PatchMesh& mesh)
@@ -25,51 +32,121 @@ class Finder {
         rounding_(tolerance::kDegenerateHeight *
                   std::max(mesh.lower().cwiseAbs().maxCoeff(), mesh.upper().cwiseAbs().maxCoeff())),
         slack_(tolerance::kCoplanar * mesh.diagonal() + rounding_),
-        joined_(at(mesh.patch_count())) {}
+        face_of_(at(mesh.patch_count())) {}
 
   std::vector<Facet> find() {
-    join();
-    const Index n = mesh_.patch_count();
-    std::unordered_map<Index, std::size_t> number;
-    std::vector<std::vector<Index>> groups;
-    for (Index i = 0; i < n; ++i) {
-      const auto [found, fresh] = number.try_emplace(joined_.root(i), groups.size());
-      if (fresh) groups.emplace_back();
-      groups[found->second].push_back(i);
-    }
+    find_faces();
+    find_neighbours();
+    std::vector<Index> all(at(mesh_.patch_count()));
+    std::iota(all.begin(), all.end(), 0);
     std::vector<Facet> out;
-    for (auto& group : groups) {
-      std::vector<Facet::Piece> pieces;
-      if (group.size() > 1) pieces = outline(group);
-      if (!pieces.empty()) {
-        out.push_back({std::move(group), std::move(pieces)});
-        continue;
-      }
-      for (const Index i : group) out.push_back({{i}, whole(i)});
+    for (const auto& group : connected(all, [&](Index a, Index b) { return coplanar(a, b); })) {
+      if (add_outline(group, out)) continue;
+      // The union has no outline: each face on its own.
+      for (const auto& face :
+           connected(group, [&](Index a, Index b) { return face_of_[at(a)] == face_of_[at(b)]; }))
+        if (!add_outline(face, out))
+          for (const Index i : face) out.push_back({{i}, whole(i)});
     }
     std::sort(out.begin(), out.end(),
               [](const Facet& a, const Facet& b) { return a.patches[0] < b.patches[0]; });
+    find_backs(out);
     return out;
   }
 
  private:
+  static void find_backs(std::vector<Facet>& all) {
+    const auto before = [](const Vec3& a, const Vec3& b) {
+      return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
+    };
+    std::vector<std::vector<Vec3>> corners;
+    for (const Facet& facet : all) {
+      std::vector<Vec3>& own = corners.emplace_back();
+      for (const Facet::Piece& piece : facet.pieces)
+        own.insert(own.end(), piece.corners.begin(), piece.corners.end());
+      std::sort(own.begin(), own.end(), before);
+      own.erase(std::unique(own.begin(), own.end()), own.end());
+    }
+    std::vector<std::size_t> order(all.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+      return std::lexicographical_compare(corners[a].begin(), corners[a].end(), corners[b].begin(),
+                                          corners[b].end(), before);
+    });
+    for (std::size_t k = 0; k + 1 < order.size(); ++k) {
+      Facet &a = all[order[k]], &b = all[order[k + 1]];
+      if (corners[order[k]] != corners[order[k + 1]] || a.pieces[0].normal.dot(b.pieces[0].normal) >= 0)
+        continue;
+      a.back = order[k + 1];
+      b.back = order[k];
+    }
+  }
+
   struct Side {
     std::uint64_t key;
     Index patch, from, to;
-    bool inner = false;
+    Index neighbour = -1;  // the patch on the other side of the edge, if it may be in one plane with this one
   };
 
-  bool reaches_out(Index patch, Index of) const {
-    for (const Index v : mesh_.corners(patch))
-      if (std::abs(mesh_.normal(of).dot(mesh_.vertex(v) - mesh_.centroid(of))) > slack_) return true;
+  // Polygons of the file are planar up to kPlanarity, and so are the patches of one, whatever rounding did to its corners.
+  void find_faces() {
+    std::map<Index, std::vector<Index>> by_surface;
+    for (Index i = 0; i < mesh_.patch_count(); ++i) by_surface[mesh_.surface(i)].push_back(i);
+    for (const auto& [surface, patches] : by_surface) {
+      std::array<std::vector<Index>, 2> sides;  // front, and back where both count
+      for (const Index i : patches)
+        sides[mesh_.normal(i).dot(mesh_.normal(patches[0])) < 0 ? 1 : 0].push_back(i);
+      for (auto& side : sides)
+        if (!side.empty()) add_faces(std::move(side));
+    }
+  }
+
+  void add_faces(std::vector<Index> patches) {
+    Face face{std::move(patches), Vec3::Zero(), Vec3::Zero()};
+    double area = 0;
+    Vec3 lower = mesh_.centroid(face.patches[0]), upper = lower;
+    for (const Index i : face.patches) {
+      face.normal += mesh_.area(i) * mesh_.normal(i);
+      face.centre += mesh_.area(i) * (mesh_.centroid(i) - mesh_.centroid(face.patches[0]));
+      area += mesh_.area(i);
+    }
+    face.normal.normalize();
+    face.centre = face.centre / area + mesh_.centroid(face.patches[0]);
+    for (const Index i : face.patches) {
+      for (const Index v : mesh_.corners(i)) {
+        const Vec3& x = mesh_.vertex(v);
+        lower = lower.cwiseMin(x);
+        upper = upper.cwiseMax(x);
+        face.deviation = std::max(face.deviation, std::abs(face.normal.dot(x - face.centre)));
+      }
+    }
+    const bool planar = face.deviation <= 2 * tolerance::kPlanarity * (upper - lower).norm() + rounding_;
+    if (planar || face.patches.size() == 1) {
+      for (const Index i : face.patches) face_of_[at(i)] = static_cast<Index>(faces_.size());
+      faces_.push_back(std::move(face));
+    } else {
+      for (const Index i : face.patches) add_faces({i});
+    }
+  }
+
+  bool reaches_out(const Face& face, const Face& of) const {
+    for (const Index i : face.patches)
+      for (const Index v : mesh_.corners(i))
+        if (std::abs(of.normal.dot(mesh_.vertex(v) - of.centre)) > slack_) return true;
     return false;
   }
   // The normal of a sliver is rounding, so the plane of the other one may do.
-  bool coplanar(Index a, Index b) const {
-    return mesh_.normal(a).dot(mesh_.normal(b)) > 0.5 && !(reaches_out(a, b) && reaches_out(b, a));
+  bool coplanar(Index a, Index b) {
+    const auto [f, g] = std::minmax(face_of_[at(a)], face_of_[at(b)]);
+    if (f == g) return true;
+    const Face &one = faces_[at(f)], &other = faces_[at(g)];
+    if (!(one.normal.dot(other.normal) > 0.5)) return false;
+    const auto [known, fresh] = coplanar_.try_emplace({f, g}, false);
+    if (fresh) known->second = !(reaches_out(one, other) && reaches_out(other, one));
+    return known->second;
   }
 
-  void join() {
+  void find_neighbours() {
     for (Index i = 0; i < mesh_.patch_count(); ++i) {
       const auto c = mesh_.corners(i);
       side_start_.push_back(sides_.size());
@@ -89,14 +166,39 @@ class Finder {
       for (std::size_t p = k; p < next; ++p) {
         for (std::size_t q = p + 1; q < next; ++q) {
           Side &a = sides_[order[p]], &b = sides_[order[q]];
-          if (a.inner || b.inner || a.from != b.to || a.from == a.to || a.patch == b.patch ||
-              !coplanar(a.patch, b.patch))
+          if (a.neighbour >= 0 || b.neighbour >= 0 || a.from != b.to || a.from == a.to ||
+              a.patch == b.patch || !coplanar(a.patch, b.patch))
             continue;
-          a.inner = b.inner = true;
-          joined_.unite(a.patch, b.patch);
+          a.neighbour = b.patch;
+          b.neighbour = a.patch;
         }
       }
     }
+  }
+
+  // The patches in groups that hang together over edges on whose sides `joined` holds, ordered by their first patches.
+  template <class Joined>
+  std::vector<std::vector<Index>> connected(const std::vector<Index>& patches, const Joined& joined) {
+    DisjointSets sets(at(mesh_.patch_count()));
+    for (const Index i : patches)
+      for (std::size_t s = side_start_[at(i)]; s < side_start_[at(i) + 1]; ++s)
+        if (const Index j = sides_[s].neighbour; j >= 0 && joined(i, j)) sets.unite(i, j);
+    std::unordered_map<Index, std::size_t> number;
+    std::vector<std::vector<Index>> groups;
+    for (const Index i : patches) {
+      const auto [found, fresh] = number.try_emplace(sets.root(i), groups.size());
+      if (fresh) groups.emplace_back();
+      groups[found->second].push_back(i);
+    }
+    return groups;
+  }
+
+  bool add_outline(const std::vector<Index>& group, std::vector<Facet>& out) const {
+    if (group.size() < 2) return false;
+    std::vector<Facet::Piece> pieces = outline(group);
+    if (pieces.empty()) return false;
+    out.push_back({group, std::move(pieces)});
+    return true;
   }
 
   // A patch that is a facet of its own; where it is not planar, every triangle has its own plane.
@@ -134,12 +236,15 @@ class Finder {
     const Vec3 origin = mesh_.centroid(group[0]);
     const Vec3 u = normal.unitOrthogonal(), v = normal.cross(u);
 
+    double deviation = 0;
+    for (const Index i : group) deviation = std::max(deviation, faces_[at(face_of_[at(i)])].deviation);
     std::map<Index, std::vector<Index>> next;  // boundary edges by their start
     for (const Index i : group) {
       for (const Index c : mesh_.corners(i))
-        if (std::abs(normal.dot(mesh_.vertex(c) - origin)) > 4 * slack_) return {};
+        if (std::abs(normal.dot(mesh_.vertex(c) - origin)) > 4 * std::max(slack_, deviation)) return {};
       for (std::size_t s = side_start_[at(i)]; s < side_start_[at(i) + 1]; ++s)
-        if (!sides_[s].inner) next[sides_[s].from].push_back(sides_[s].to);
+        if (!std::binary_search(group.begin(), group.end(), sides_[s].neighbour))
+          next[sides_[s].from].push_back(sides_[s].to);
     }
     const auto flat = [&](Index p) {
       return Vec2(u.dot(mesh_.vertex(p) - origin), v.dot(mesh_.vertex(p) - origin));
@@ -274,7 +379,9 @@ class Finder {
   double rounding_, slack_;  // m
   std::vector<Side> sides_;
   std::vector<std::size_t> side_start_;
-  DisjointSets joined_;
+  std::vector<Face> faces_;
+  std::vector<Index> face_of_;                        // of patches
+  std::map<std::pair<Index, Index>, bool> coplanar_;  // of faces
 };
 
 }  // namespace

@@ -16,10 +16,14 @@ struct Facet {
   };
   std::vector<Index> patches;  ///< ascending
   std::vector<Piece> pieces;   ///< cover the same points as the patches, without overlap
+  static constexpr std::size_t kNoBack = static_cast<std::size_t>(-1);
+  std::size_t back =
+      kNoBack;  ///< the facet with the same corners that is seen from the other side: a sheet has two
 };
 
-/// Patches that share an edge (end points equal to the bit) and lie in one plane, up to rounding, make a facet, whichever
-/// faces of the file they come from. Every patch is in one facet; facets are ordered by their first patch. A non-convex
+/// Patches that share an edge (end points equal to the bit) make a facet where they are pieces of one planar face of the file
+/// (however the rounding of its corners bends it, up to kPlanarity), or lie in one plane up to kCoplanar. A facet never hides
+/// one of its points from the half-space it faces. Every patch is in one facet; facets are ordered by their first patch. A non-convex
 /// facet is cut into few convex pieces: its constrained Delaunay triangles, joined while they stay convex
 /// [HertelMehlhorn1983].
 std::vector<Facet> facets(const PatchMesh& mesh);
