@@ -211,6 +211,16 @@ Eigen::ArrayXd row_sums(const RowList& rows) {
   return sums;
 }
 
+// Takes out what should exchange nothing: no scaling reaches such a sum.
+void drop_blind(RowList& rows, const Eigen::ArrayXd& target) {
+  for_each_row(static_cast<Index>(rows.size()), [&](Index i) {
+    if (target[i] == 0)
+      rows[at(i)].clear();
+    else
+      std::erase_if(rows[at(i)], [&](const Entry& e) { return target[e.column] == 0; });
+  });
+}
+
 FormFactorQuality quality_of(const Eigen::ArrayXd& sums, const Eigen::ArrayXd& target,
                              const Eigen::ArrayXd& reciprocity, const Eigen::ArrayXd& areas) {
   FormFactorQuality quality;
@@ -277,11 +287,27 @@ struct Scaling {
   }
 };
 
+// Rows whose sums are scaled to their targets, and how far.
+struct Scaled {
+  Eigen::ArrayXd factor;
+  std::vector<std::uint8_t> frozen;  // rows that do not agree with the others, left as they are
+  explicit Scaled(Index n) : factor(Eigen::ArrayXd::Ones(n)), frozen(at(n), 0) {}
+  // Multiplies factor i; a row that would need more than sampling could have missed is frozen.
+  void multiply(Index i, double by) {
+    if (frozen[at(i)] != 0) return;
+    factor[i] *= by;
+    if (factor[i] >= 1 / tolerance::kMostScaling && factor[i] <= tolerance::kMostScaling) return;
+    factor[i] = 1;
+    frozen[at(i)] = 1;
+  }
+};
+
 // D diagonal such that Σ_j D_i S_ij D_j = A_i t_i, by Newton's method in log D: with R_i the row sums of the scaled F,
 //   (diag(A R) + D S D) δ = A (t − R),   D ← D exp(δ),
 // where each step is solved by conjugate gradients preconditioned with diag(A R). (The symmetric Sinkhorn iteration
-// D_i ← D_i √(t_i / R_i) [Knight2008] takes 100 products where this takes 30.) Where patches that nearly only see each other do
-// not agree on what they exchange there is no such D: the iteration ends where it stops paying, and no row is left above its
+// D_i ← D_i √(t_i / R_i) [Knight2008] takes 100 products where this takes 30.) Patches that nearly only see each other may
+// not agree on what they exchange: then there is no such D. Rows that would need more than kMostScaling are left out, so that
+// the others are not bent to fit them; of all iterates the one with the least error is taken; and no row is left above its
 // target. Rows of patches computed pair by pair are scaled first, each as a whole, by Sinkhorn's iteration: they are few.
 Scaling scaling_to_row_sums(const RowList& rows, const Eigen::ArrayXd& row_target,
                             const Eigen::ArrayXd& areas, const Singled& singled) {
@@ -294,23 +320,29 @@ Scaling scaling_to_row_sums(const RowList& rows, const Eigen::ArrayXd& row_targe
   Scaling out{Eigen::ArrayXd::Ones(n), Eigen::ArrayXd::Ones(n), Eigen::ArrayXd::Ones(n), singled.is};
   Eigen::ArrayXd target = row_target;
   if (!singled.patches.empty()) {
+    Scaled whole(n);
     for (int step = 0; step < kSinkhorn; ++step) {
-      Eigen::ArrayXd better = out.c;
+      Eigen::ArrayXd by = Eigen::ArrayXd::Ones(n);
       for (const Index i : singled.patches) {
         double reached = 0;
-        for (const Entry& e : rows[at(i)]) reached += static_cast<double>(e.value) * out.c[e.column];
-        if (reached > 0) better[i] *= std::sqrt(row_target[i] * areas[i] / (out.c[i] * reached));
+        for (const Entry& e : rows[at(i)]) reached += static_cast<double>(e.value) * whole.factor[e.column];
+        if (reached > 0) by[i] = std::sqrt(row_target[i] * areas[i] / (whole.factor[i] * reached));
       }
-      out.c = better;
+      for (const Index i : singled.patches) whole.multiply(i, by[i]);
     }
-    for (const Index i : singled.patches) out.d[i] = 0;
+    out.c = whole.factor;
     for_each_row(n, [&](Index i) {
       for (const Entry& e : rows[at(i)])
         if (singled.has(i) || singled.has(e.column))
           target[i] -= out.c[i] * out.c[e.column] * static_cast<double>(e.value) / areas[i];
     });
   }
-  Eigen::ArrayXd& d = out.d;
+  Scaled sampled(n);
+  Eigen::ArrayXd& d = sampled.factor;
+  for (const Index i : singled.patches) {
+    d[i] = 0;
+    sampled.frozen[at(i)] = 1;
+  }
   const auto product = [&](const Eigen::ArrayXd& x) {  // of the scaled F
     Eigen::ArrayXd y(n);
     const Eigen::ArrayXd dx = d * x;
@@ -320,17 +352,25 @@ Scaling scaling_to_row_sums(const RowList& rows, const Eigen::ArrayXd& row_targe
     });
     return y;
   };
-  Eigen::ArrayXd reached;
+  Eigen::ArrayXd reached, best_reached;
   double before = std::numeric_limits<double>::infinity();
+  double least = before;
   for (int step = 0;; ++step) {
     reached = product(Eigen::ArrayXd::Ones(n));
     const Eigen::ArrayXd missing = (reached > 0).select(target - reached, 0.0);
-    const double error = missing.abs().mean();
-    if (missing.abs().maxCoeff() <= kEnough || error > 0.5 * before || step == kSteps) break;
+    if (const double error = (missing.abs() * areas).sum(); error < least) {
+      least = error;
+      out.d = d;
+      best_reached = reached;
+    }
+    Eigen::ArrayXd free(n);
+    for (Index i = 0; i < n; ++i) free[i] = sampled.frozen[at(i)] == 0 ? 1 : 0;
+    const double error = (free * missing.abs()).mean();
+    if ((free * missing.abs()).maxCoeff() <= kEnough || !(error <= 0.5 * before) || step == kSteps) break;
     before = error;
     // In the unknown δ, with the rows divided by A R:  δ + F'δ / R = (t − R) / R.
     const Eigen::ArrayXd weight = areas * reached;
-    const Eigen::ArrayXd inverse = (reached > 0).select(1 / reached.max(1e-300), 0.0);
+    const Eigen::ArrayXd inverse = (reached > 0).select(free / reached.max(1e-300), 0.0);
     Eigen::ArrayXd delta = Eigen::ArrayXd::Zero(n);
     Eigen::ArrayXd r = missing * inverse;
     Eigen::ArrayXd p = r;
@@ -346,12 +386,20 @@ Scaling scaling_to_row_sums(const RowList& rows, const Eigen::ArrayXd& row_targe
       p = r + next / rr * p;
       rr = next;
     }
-    d *= delta.max(-1).min(1).exp();
+    for (Index i = 0; i < n; ++i) {
+      if (sampled.frozen[at(i)] != 0) continue;
+      sampled.multiply(i, std::exp(std::clamp(delta[i], -1.0, 1.0)));
+      if (sampled.frozen[at(i)] != 0) before = std::numeric_limits<double>::infinity();  // another problem
+    }
   }
-  const Eigen::ArrayXd fixed = row_target - target;
-  reached += fixed;
+  reached = best_reached + (row_target - target);
   out.s = (reached > row_target).select(row_target / reached.max(1e-300), 1.0);
   return out;
+}
+
+// 1 − e, or 0 where nothing but the rounding of the sum e is left.
+double not_lost(double e) {
+  return 1 - e > 1e-9 ? 1 - e : 0;
 }
 
 // Share of the directions from each patch that is lost through open sides or on the backs of patches.
@@ -494,7 +542,7 @@ FormFactorMatrix assemble(const FormFactorMethod& method, const Visibility& visi
       target = (target > 0).cast<double>();
     } else if (method_sees_escape) {  // pairs know better than directions
       for (Index i = 0; i < n; ++i)
-        if (target[i] > 0) target[i] = singled.has(i) ? std::min(1.0, target[i]) : 1 - e[i];
+        if (target[i] > 0) target[i] = singled.has(i) ? std::min(1.0, target[i]) : not_lost(e[i]);
     }
   }
   if (method.exact() && facts.completed && n > 0 && (target > 0).any()) {
@@ -507,6 +555,7 @@ FormFactorMatrix assemble(const FormFactorMethod& method, const Visibility& visi
   const bool known_target = facts.closed_scene || method_sees_escape;
 
   facts.closed_rows = close && known_target;
+  if (facts.closed_rows) drop_blind(rows, target);
   FormFactorMatrix::Rows packed;
   Eigen::ArrayXd sums;
   if (facts.closed_rows) {

@@ -130,7 +130,7 @@ struct Visibility::Impl {
     const Plane* from;   // null for rays from anywhere
     const Plane* to;     // null for rays without an end
     bool fronts_only;    // backs are passed through
-    bool only_in_plane;  // what does not lie in `from`, facing it, is passed through
+    bool only_opposed;   // what does not face `from` is passed through
     const float* risen;  // per ray id: from this distance on a ray is clear of `from`; null: not known
   };
   static void filter(const RTCFilterFunctionNArguments* args);
@@ -173,10 +173,11 @@ void Visibility::Impl::filter(const RTCFilterFunctionNArguments* args) {
     const float y = RTCRayN_org_y(args->ray, n, k) + t * RTCRayN_dir_y(args->ray, n, k);
     const float z = RTCRayN_org_z(args->ray, n, k) + t * RTCRayN_dir_z(args->ray, n, k);
     const unsigned triangle = RTCHitN_primID(args->hit, n, k);
-    if (context->only_in_plane) {
+    if (context->only_opposed) {
       const Plane& from = *context->from;
-      if (!context->impl->shows_front(triangle, from.nx, from.ny, from.nz) ||
-          !context->impl->lies_in(from, triangle))
+      const Triangle& met = context->impl->triangles[triangle];
+      if (context->impl->is_side_of(from, triangle) ||
+          met.nx * from.nx + met.ny * from.ny + met.nz * from.nz > tolerance::kOpposed)
         args->valid[k] = 0;
       continue;
     }
@@ -195,7 +196,7 @@ bool Visibility::Impl::faced(const Plane& plane, const Eigen::Vector3f& x) const
   rtcInitIntersectContext(&context.base);
   context.impl = this;
   context.from = &plane;
-  context.only_in_plane = true;
+  context.only_opposed = true;
   const Eigen::Vector3f n(plane.nx, plane.ny, plane.nz);
   const Eigen::Vector3f start = x - 4 * tolerance::kSamePlane * n;
   RTCRay ray{};

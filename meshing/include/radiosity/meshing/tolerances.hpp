@@ -42,6 +42,10 @@ inline constexpr double kSmoothCosine = 0.8660254037844387;
 /// the scaled scene (diagonal 1). Eight roundings of single precision at that size.
 inline constexpr float kSamePlane = 5e-7F;
 
+/// Two surfaces in contact lie face to face when the cosine between their normals is below this: tilts of up to 8° between a thing
+/// and what it stands on.
+inline constexpr float kOpposed = -0.99F;
+
 /// What is nowhere further than kNearPlane · (scene diagonal) in front of a patch's plane is too near for rays and item
 /// buffers, which work in single precision and pass through what lies within kSamePlane.
 inline constexpr double kNearPlane = 4 * static_cast<double>(kSamePlane);
@@ -83,6 +87,10 @@ inline constexpr double kFarPair = 4;
 
 /// Beyond kVeryFarPair · (sum of the radii) degree 3, with a fifth of the points, errs as little.
 inline constexpr double kVeryFarPair = 20;
+
+/// A row of sampled form factors whose sum would need a factor beyond this (or below its inverse) does not agree with the rows
+/// of the patches that it sees: sampling errors of row sums are some per cent.
+inline constexpr double kMostScaling = 1.5;
 
 /// Nothing escapes when the area-weighted mean of 1 − Σ_j F_ij is below this: rounding of single precision row sums.
 inline constexpr double kNoEscape = 1e-6;
