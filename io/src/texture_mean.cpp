@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "texture_mean.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
 #include <limits>
 #include <memory>
 #include <type_traits>
 #include <vector>
 
+#include "radiosity/meshing/error.hpp"
 #include "text.hpp"
 
 // Not VTK's image readers: its PNG reader prints, and crashes on each file that is damaged (VTK 9.1).
@@ -21,10 +22,6 @@
 #define STBI_ONLY_HDR
 #define STBI_NO_STDIO
 #define STBI_MAX_DIMENSIONS 16384  // headers that claim more are taken for damaged
-// What the data of a file do not reach is black, not what the memory held before.
-#define STBI_MALLOC(size) std::calloc(1, size)
-#define STBI_REALLOC(pointer, size) std::realloc(pointer, size)
-#define STBI_FREE(pointer) std::free(pointer)
 #include <stb/stb_image.h>
 
 namespace radiosity {
@@ -58,16 +55,42 @@ double linear_mean(const Value* values, const Image& image, int channel) {
   return sum / static_cast<double>(image.pixels());
 }
 
+/// The bytes of a file as stb_image asks for them. Past their end it goes on with zeros, and does not say so.
+struct Source {
+  std::string_view bytes;
+  std::size_t at = 0;
+  bool past_end = false;
+
+  static int read(void* self, char* to, int size) {
+    auto& [bytes, at, past_end] = *static_cast<Source*>(self);
+    const std::size_t count = std::min(static_cast<std::size_t>(size), bytes.size() - at);
+    past_end = past_end || (count == 0 && size > 0);
+    std::copy_n(bytes.data() + at, count, to);
+    at += count;
+    return static_cast<int>(count);
+  }
+  static void skip(void* self, int size) {
+    auto& [bytes, at, past_end] = *static_cast<Source*>(self);
+    const auto to = static_cast<std::ptrdiff_t>(at) + size;
+    past_end = past_end || to > static_cast<std::ptrdiff_t>(bytes.size());
+    at = static_cast<std::size_t>(
+        std::clamp<std::ptrdiff_t>(to, 0, static_cast<std::ptrdiff_t>(bytes.size())));
+  }
+  static int at_end(void* self) {
+    return static_cast<Source*>(self)->at == static_cast<Source*>(self)->bytes.size();
+  }
+};
+
 /// `load` is one of stb_image's functions.
 template <class Value>
-std::optional<BandValues> load_mean(Value* (*load)(const stbi_uc*, int, int*, int*, int*, int),
+std::optional<BandValues> load_mean(Value* (*load)(const stbi_io_callbacks*, void*, int*, int*, int*, int),
                                     std::string_view bytes) {
+  constexpr stbi_io_callbacks kCallbacks{&Source::read, &Source::skip, &Source::at_end};
+  Source source{bytes};
   Image image;
   const std::unique_ptr<Value, void (*)(void*)> values(
-      load(reinterpret_cast<const stbi_uc*>(bytes.data()), static_cast<int>(bytes.size()), &image.width,
-           &image.height, &image.channels, 0),
-      &stbi_image_free);
-  if (!values || image.pixels() == 0) return {};
+      load(&kCallbacks, &source, &image.width, &image.height, &image.channels, 0), &stbi_image_free);
+  if (!values || image.pixels() == 0 || source.past_end) return {};
   // One channel is grey, two are grey and alpha.
   const int second = image.channels < 3 ? 0 : 1, third = image.channels < 3 ? 0 : 2;
   const BandValues rgb =
@@ -83,16 +106,18 @@ std::optional<BandValues> texture_mean(std::string_view bytes) {
   if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max())) return {};
   const auto* const data = reinterpret_cast<const stbi_uc*>(bytes.data());
   const auto size = static_cast<int>(bytes.size());
-  if (stbi_is_hdr_from_memory(data, size)) return load_mean<float>(&stbi_loadf_from_memory, bytes);
+  if (stbi_is_hdr_from_memory(data, size)) return load_mean<float>(&stbi_loadf_from_callbacks, bytes);
   if (stbi_is_16_bit_from_memory(data, size))
-    return load_mean<std::uint16_t>(&stbi_load_16_from_memory, bytes);
-  return load_mean<stbi_uc>(&stbi_load_from_memory, bytes);
+    return load_mean<std::uint16_t>(&stbi_load_16_from_callbacks, bytes);
+  return load_mean<stbi_uc>(&stbi_load_from_callbacks, bytes);
 }
 
 std::optional<BandValues> texture_mean(const std::filesystem::path& file) {
-  std::error_code ignored;
-  if (!std::filesystem::is_regular_file(file, ignored)) return {};
-  return texture_mean(std::string_view(read_bytes(file)));
+  try {
+    return texture_mean(std::string_view(read_bytes(file)));
+  } catch (const IoError&) {
+    return {};
+  }
 }
 
 }  // namespace radiosity

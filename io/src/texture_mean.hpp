@@ -11,10 +11,10 @@ namespace radiosity {
 
 /// Mean of an image's pixels in linear light: red, green and blue. Integer channels are sRGB-coded [IEC61966-2-1]
 /// and decoded before they are averaged; floating-point channels are linear; alpha is ignored. `bytes` are those
-/// of a PNG, JPEG, TGA, BMP or Radiance HDR file; absent when they are not.
+/// of a PNG, JPEG, TGA, BMP or Radiance HDR file; absent when they are not, or end too early.
 std::optional<BandValues> texture_mean(std::string_view bytes);
 
-/// The same of a file; absent also when it does not exist. Throws IoError when it cannot be opened.
+/// The same of a file; absent also when it does not exist or cannot be opened.
 std::optional<BandValues> texture_mean(const std::filesystem::path& file);
 
 }  // namespace radiosity

@@ -348,10 +348,11 @@ TEST(ReadObj, TexturesMayBeGreyHaveAlphaOr16Bits) {
 TEST(ReadObj, TexturesThatCannotBeReadAreOneWarning) {
   const TemporaryDirectory directory;
   directory.write("good.tga", kImage);
-  directory.write("cut.png", "\x89PNG\r\n");
+  // The data end before the last pixel.
+  directory.write("cut.tga", kImage.substr(0, kImage.size() - 1));
   directory.write(
       "a.mtl",
-      "newmtl one\nKd 0.25 0.5 0.75\nmap_Kd textures\\gone.png\nnewmtl two\nKd 0.5 0.5 0.5\nmap_Kd cut.png\n"
+      "newmtl one\nKd 0.25 0.5 0.75\nmap_Kd textures\\gone.png\nnewmtl two\nKd 0.5 0.5 0.5\nmap_Kd cut.tga\n"
       "newmtl three\nKd 0.5 0.5 0.5\nmap_Kd good.tga\n");
   const auto file =
       directory.write("a.obj", "mtllib a.mtl\n" + kSquare +
