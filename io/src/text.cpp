@@ -28,9 +28,11 @@ std::errc parse(std::string_view word, Value& value) {
 std::string read_bytes(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw IoError(fmt::format("{}: cannot be opened", file.string()));
-  std::string bytes{std::istreambuf_iterator<char>(stream), {}};
-  if (stream.bad()) throw IoError(fmt::format("{}: cannot be read to its end", file.string()));
-  return bytes;
+  try {
+    return {std::istreambuf_iterator<char>(stream), {}};
+  } catch (const std::ios_base::failure&) {  // thrown by the buffer, of folders too
+    throw IoError(fmt::format("{}: cannot be read to its end", file.string()));
+  }
 }
 
 TextLines::TextLines(std::filesystem::path file, std::string bytes, Continuation continuation)

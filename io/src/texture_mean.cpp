@@ -9,6 +9,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "child_process.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "text.hpp"
 
@@ -100,16 +101,30 @@ std::optional<BandValues> load_mean(Value* (*load)(const stbi_io_callbacks*, voi
   return rgb;
 }
 
-}  // namespace
-
-std::optional<BandValues> texture_mean(std::string_view bytes) {
-  if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max())) return {};
+std::optional<BandValues> decoded_mean(std::string_view bytes) {
   const auto* const data = reinterpret_cast<const stbi_uc*>(bytes.data());
   const auto size = static_cast<int>(bytes.size());
   if (stbi_is_hdr_from_memory(data, size)) return load_mean<float>(&stbi_loadf_from_callbacks, bytes);
   if (stbi_is_16_bit_from_memory(data, size))
     return load_mean<std::uint16_t>(&stbi_load_16_from_callbacks, bytes);
   return load_mean<stbi_uc>(&stbi_load_from_callbacks, bytes);
+}
+
+}  // namespace
+
+std::optional<BandValues> texture_mean(std::string_view bytes) {
+  if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max())) return {};
+  // stb_image 2.27 writes beyond its tables of codes where a JPEG is damaged: in a process of its own.
+  const auto work = [&] {
+    Packer packer;
+    if (const auto mean = decoded_mean(bytes)) packer.put_all(mean->data(), 3);
+    return std::move(packer.bytes());
+  };
+  const ChildResult result = run_in_child(work, limits_for(bytes.size()));
+  if (result.end != ChildEnd::done) return {};
+  const auto rgb = Unpacker(result.bytes).take_all<double>();
+  if (rgb.size() != 3) return {};
+  return BandValues(Eigen::Array3d(rgb.data()));
 }
 
 std::optional<BandValues> texture_mean(const std::filesystem::path& file) {

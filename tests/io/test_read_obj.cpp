@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
 #include <vtkImageData.h>
 #include <vtkNew.h>
 #include <vtkPNGWriter.h>
@@ -350,16 +351,21 @@ TEST(ReadObj, TexturesThatCannotBeReadAreOneWarning) {
   directory.write("good.tga", kImage);
   // The data end before the last pixel.
   directory.write("cut.tga", kImage.substr(0, kImage.size() - 1));
-  directory.write(
-      "a.mtl",
-      "newmtl one\nKd 0.25 0.5 0.75\nmap_Kd textures\\gone.png\nnewmtl two\nKd 0.5 0.5 0.5\nmap_Kd cut.tga\n"
-      "newmtl three\nKd 0.5 0.5 0.5\nmap_Kd good.tga\n");
-  const auto file =
-      directory.write("a.obj", "mtllib a.mtl\n" + kSquare +
-                                   "usemtl one\nf 1 2 3\nusemtl two\nf 1 3 4\nusemtl three\nf 1 2 4\n");
-  const LoadedScene loaded = read_scene(file);
-  EXPECT_TRUE((loaded.scene.materials()[0].reflectance == rgb(0.25, 0.5, 0.75)).all());
-  EXPECT_THAT(loaded.warnings, ElementsAre(AllOf(HasSubstr("2 of 3 textures (map_Kd) cannot be read"),
+  // A JPEG whose table of codes has 16 × 255 entries; 256 are possible.
+  directory.write("codes.jpg", std::string("\xff\xd8\xff\xc4\x10\x03\0", 7) + std::string(16, '\xff') +
+                                   std::string(4080, '\0'));
+  std::string mtl = "newmtl good\nKd 1 1 1\nmap_Kd good.tga\n",
+              obj = "mtllib a.mtl\n" + kSquare + "usemtl good\nf 1 2 3\n";
+  const std::vector<std::string> bad{"textures\\gone.png", "cut.tga", "codes.jpg", ".", ""};
+  for (std::size_t k = 0; k < bad.size(); ++k) {
+    mtl += fmt::format("newmtl bad{}\nKd 0.25 0.5 0.75\nmap_Kd {}\n", k, bad[k]);
+    obj += fmt::format("usemtl bad{}\nf 1 2 3 4\n", k);
+  }
+  directory.write("a.mtl", mtl);
+  const LoadedScene loaded = read_scene(directory.write("a.obj", obj));
+  for (std::size_t k = 1; k <= bad.size(); ++k)
+    EXPECT_TRUE((loaded.scene.materials()[k].reflectance == rgb(0.25, 0.5, 0.75)).all()) << bad[k - 1];
+  EXPECT_THAT(loaded.warnings, ElementsAre(AllOf(HasSubstr("5 of 6 textures (map_Kd) cannot be read"),
                                                  HasSubstr("textures/gone.png', which does not exist"))));
 }
 
