@@ -81,7 +81,8 @@ class ObjReader {
   Index corner(std::string_view word) const;
   void libraries(std::string_view names);
   void library(const fs::path& file);
-  void read_finish(const TextLines& lines, Finish& finish);
+  /// Whether the line says anything about the finish.
+  bool read_finish(const TextLines& lines, Finish& finish);
   BandValues colour(const TextLines& lines) const;
   void resolve_faces();
   MeshMaterial material(const std::string& name, Index first_face);
@@ -179,18 +180,20 @@ void ObjReader::libraries(std::string_view names) {
 void ObjReader::library(const fs::path& file) {
   if (!libraries_.insert(file).second) return;
   TextLines lines(file, read_bytes(file));
-  Finish nameless;
-  Finish* finish = &nameless;  // of what stands before the first name
+  Finish* finish = nullptr;
   while (lines.next_words()) {
     if (lines.words().front() != "newmtl") {
-      read_finish(lines, *finish);
+      Finish nameless;
+      if (read_finish(lines, finish ? *finish : nameless) && !finish)
+        mesh_.warnings.push_back(
+            fmt::format("{}: '{}' belongs to no material: left out", lines.here(), shown(lines.text())));
       continue;
     }
     const std::string name(after_first_word(lines.text()));
     if (name.empty()) {
       mesh_.warnings.push_back(
           fmt::format("{}: a material without a name: no face can use it", lines.here()));
-      finish = &nameless;
+      finish = nullptr;
       continue;
     }
     const auto [entry, added] = finishes_.try_emplace(name);
@@ -219,7 +222,7 @@ BandValues ObjReader::colour(const TextLines& lines) const {
   return rgb;
 }
 
-void ObjReader::read_finish(const TextLines& lines, Finish& finish) {
+bool ObjReader::read_finish(const TextLines& lines, Finish& finish) {
   const auto keyword = lines.words().front();
   if (keyword == "Kd")
     finish.kd = colour(lines);
@@ -227,6 +230,9 @@ void ObjReader::read_finish(const TextLines& lines, Finish& finish) {
     finish.ke = colour(lines);
   else if (keyword == "map_Kd")
     finish.kd_texture = named_file(lines.file(), texture_name(after_first_word(lines.text())));
+  else
+    return false;
+  return true;
 }
 
 /// Kd times the mean of its texture; either alone where the other is not there.

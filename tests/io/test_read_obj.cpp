@@ -274,6 +274,14 @@ TEST_F(ObjWays, ALoopThatWalksRoundTwiceIsOneFace) {
               ElementsAre("2 faces walk round their loop more than once: one round is kept"));
 }
 
+TEST_F(ObjWays, ColoursOfNoMaterialAreNamed) {
+  const LoadedScene loaded = read(obj_, "Ka 1 1 1\nKd 0.5 0.5 0.5\n" + kRoomMtl + "newmtl\nKe 9 9 9\n");
+  EXPECT_THAT(loaded.warnings, ElementsAre(HasSubstr("room.mtl:2: 'Kd 0.5 0.5 0.5' belongs to no material"),
+                                           HasSubstr("room.mtl:10: a material without a name"),
+                                           HasSubstr("room.mtl:11: 'Ke 9 9 9' belongs to no material")));
+  EXPECT_EQ(loaded.scene.materials()[0].reflectance[0], 0.2);
+}
+
 TEST_F(ObjWays, StatementsThatAreNotUnderstoodAreCounted) {
   const LoadedScene loaded = read(obj_ + "F 1 2 3\nsurf 0 1 0 1 1 2 3\ng a\ns 1\nl 1 2\n");
   EXPECT_THAT(loaded.warnings, ElementsAre(AllOf(HasSubstr("2 statements are not understood"),
