@@ -28,13 +28,13 @@ void print_materials(const Console& console, const Scene& scene) {
   for (Index f = 0; f < scene.face_count(); ++f) ++faces[static_cast<std::size_t>(scene.material(f))];
 
   std::vector<std::vector<std::string>> rows = {
-      {"material", "faces", "area m²", "sides", "reflectance", "emission W/m²"}};
+      {"material", "faces", "area m²", "sides", "reflectance", "emission"}};
   for (Index m = 0; m < static_cast<Index>(scene.materials().size()); ++m) {
     const Material& material = scene.materials()[static_cast<std::size_t>(m)];
     rows.push_back({material.name, fmt::format("{}", faces[static_cast<std::size_t>(m)]),
                     fmt::format("{:.4g}", scene.material_area(m)),
                     material.sides == Sides::both ? "both" : "front", band_text(material.reflectance),
-                    band_text(material.emission)});
+                    band_text(material.emission) + (material.emits_power ? " W" : " W/m²")});
   }
   std::vector<std::size_t> widths(rows.front().size());
   for (const auto& row : rows)

@@ -36,10 +36,12 @@ std::string repairs_text(const Repairs& r) {
   add(r.merged_vertices, "vertex position", "merged");
   add(r.degenerate_faces, "face", "without area dropped");
   add(r.duplicate_faces, "duplicate face", "dropped");
+  add(r.unwound_faces, "face", "that went round several times cut down to one round");
   add(r.flipped_faces, "face", "turned over");
   add(r.triangulated_faces, "face",
       r.non_planar_faces > 0 ? fmt::format("triangulated ({} of them not planar)", r.non_planar_faces)
                              : std::string("triangulated"));
+  add(r.split_edges, "edge", "divided where vertices of other faces lie on it");
   add(r.cut_faces, "face", "cut where others touch");
   return fmt::format("{}", fmt::join(done, ", "));
 }

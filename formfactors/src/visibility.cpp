@@ -6,15 +6,16 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <numeric>
 #include <stdexcept>
 #include <vector>
 
 #include "radiosity/meshing/patch_locator.hpp"
 #include "radiosity/meshing/tolerances.hpp"
+#include "winding_number.hpp"
 
 namespace radiosity {
 namespace {
@@ -46,27 +47,6 @@ bool is_convex(const std::vector<Facet>& facets, double diagonal) {
     }
   }
   return true;
-}
-
-// Σ Ω / 4π over triangles, positive where x sees their fronts [VanOosterom1983]:
-//   tan Ω/2 = −a·(b × c) / (|a||b||c| + (a·b)|c| + (b·c)|a| + (c·a)|b|)   for corners a, b, c seen from x.
-double winding_number(const std::vector<Facet>& facets, const Vec3& x) {
-  double sum = 0;
-  for (const Facet& facet : facets) {
-    for (const Facet::Piece& piece : facet.pieces) {
-      const Vec3 a = piece.corners[0] - x;
-      const double la = a.norm();
-      for (std::size_t k = 1; k + 1 < piece.corners.size(); ++k) {
-        const Vec3 b = piece.corners[k] - x;
-        const Vec3 c = piece.corners[k + 1] - x;
-        const double lb = b.norm();
-        const double lc = c.norm();
-        sum -=
-            2 * std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
-      }
-    }
-  }
-  return sum / (4 * std::numbers::pi);
 }
 
 // Whether the polygons enclose more room than matter: Σ x·n A / 3 is the volume of matter where they are closed.
@@ -298,23 +278,38 @@ Visibility::Visibility(const PatchMesh& mesh)
   }
 
   covered_.assign(static_cast<std::size_t>(mesh.patch_count()), 0);
-  if (convex_) return;
-  // Winding numbers before patches that a polygon lies against. Only closed surfaces have whole ones; where any is not, the
-  // scene is open and nothing can be told.
-  std::vector<double> winding(covered_.size(), std::numeric_limits<double>::quiet_NaN());
-  tbb::parallel_for(Index{0}, mesh.patch_count(), [&](Index i) {
+  if (!convex_) find_covered();
+}
+
+// Winding numbers before patches that a polygon lies against. Only closed surfaces have whole ones; where any is not, the
+// scene is open and nothing can be told.
+void Visibility::find_covered() {
+  const auto inside = [&](Index i) -> Vec3 {
+    const auto& corner = mesh_.triangles(i)[0];
+    return (mesh_.vertex(corner[0]) + mesh_.vertex(corner[1]) + mesh_.vertex(corner[2])) / 3;
+  };
+  std::vector<std::uint8_t> faced(covered_.size());
+  tbb::parallel_for(Index{0}, mesh_.patch_count(), [&](Index i) {
     const auto k = static_cast<std::size_t>(i);
-    const auto& corner = mesh.triangles(i)[0];
-    const Vec3 inside = (mesh.vertex(corner[0]) + mesh.vertex(corner[1]) + mesh.vertex(corner[2])) / 3;
-    if (impl_->faced(impl_->planes[k], scaled(inside).cast<float>()))
-      winding[k] = winding_number(facets_, inside + tolerance::kContact * mesh.diagonal() * mesh.normal(i));
+    faced[k] = impl_->faced(impl_->planes[k], scaled(inside(i)).cast<float>()) ? 1 : 0;
   });
-  if (std::any_of(winding.begin(), winding.end(),
-                  [](double w) { return std::abs(w - std::round(w)) > tolerance::kWholeWinding; }))
-    return;
+  std::vector<Index> candidates;
+  for (Index i = 0; i < mesh_.patch_count(); ++i)
+    if (faced[static_cast<std::size_t>(i)] != 0) candidates.push_back(i);
+  if (candidates.empty()) return;
+
+  const WindingNumber winding_number(facets_);
   const double matter = inside_a_room(facets_, centre_) ? 0 : -1;
-  std::transform(winding.begin(), winding.end(), covered_.begin(),
-                 [&](double w) { return static_cast<std::uint8_t>(w < matter + 0.5); });
+  std::atomic<bool> closed = true;
+  const auto look_at = [&](Index i) {
+    if (!closed) return;
+    const Vec3 x = inside(i) + tolerance::kContact * mesh_.diagonal() * mesh_.normal(i);
+    const double w = winding_number.approximate(x);
+    if (!winding_number.is_whole(x, w)) closed = false;
+    covered_[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(w < matter + 0.5);
+  };
+  tbb::parallel_for(std::size_t{0}, candidates.size(), [&](std::size_t k) { look_at(candidates[k]); });
+  if (!closed) std::fill(covered_.begin(), covered_.end(), std::uint8_t{0});
 }
 
 Visibility::~Visibility() = default;

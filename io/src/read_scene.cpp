@@ -45,7 +45,9 @@ class SceneBuilder {
     count_bands();
     for (Vec3& x : mesh_.geometry.vertices) x *= settings_.metres_per_unit;
     for (const MeshMaterial& material : mesh_.materials) mesh_.geometry.materials.push_back(finish(material));
-    return with_power(make_scene());
+    Scene scene = make_scene();
+    require_lamps_with_area(scene);
+    return scene;
   }
 
  private:
@@ -111,10 +113,10 @@ class SceneBuilder {
       material.absorptance = spread(own->absorptance->values);
       material.reflectance = 1 - material.absorptance;
     }
-    if (own && own->power)
-      material.emission = spread(own_default);
-    else
-      material.emission = spread(own && own->emission ? own->emission->values : source.emission);
+    material.emits_power = own && own->power;
+    material.emission = spread(material.emits_power   ? own->power->values
+                               : own && own->emission ? own->emission->values
+                                                      : source.emission);
     material.sides = own && own->sides ? *own->sides : source.sides;
     return material;
   }
@@ -127,19 +129,13 @@ class SceneBuilder {
     }
   }
 
-  /// E = power / area, the area of both sides where both radiate.
-  Scene with_power(const Scene& scene) const {
-    std::vector<Material> materials = scene.materials();
-    for (std::size_t m = 0; m < materials.size(); ++m) {
-      const MaterialSetting* const own = setting(materials[m].name);
-      if (!own || !own->power) continue;
-      const double area = scene.material_area(static_cast<Index>(m));
-      if (!(area > 0))
+  void require_lamps_with_area(const Scene& scene) const {
+    for (std::size_t m = 0; m < scene.materials().size(); ++m) {
+      const Material& material = scene.materials()[m];
+      if (material.emits_power && !(scene.material_area(static_cast<Index>(m)) > 0))
         throw InputError(fmt::format("{}:{}: material '{}': its faces have no area to spread the power over",
-                                     file_.string(), own->power->line, materials[m].name));
-      materials[m].emission = spread(own->power->values) / area;
+                                     file_.string(), setting(material.name)->power->line, material.name));
     }
-    return scene.with_materials(std::move(materials));
   }
 
   fs::path file_;

@@ -23,9 +23,11 @@ Json to_json(const Repairs& repairs) {
   return {{"merged_vertices", repairs.merged_vertices},
           {"degenerate_faces", repairs.degenerate_faces},
           {"duplicate_faces", repairs.duplicate_faces},
+          {"unwound_faces", repairs.unwound_faces},
           {"flipped_faces", repairs.flipped_faces},
           {"triangulated_faces", repairs.triangulated_faces},
           {"non_planar_faces", repairs.non_planar_faces},
+          {"split_edges", repairs.split_edges},
           {"cut_faces", repairs.cut_faces}};
 }
 

@@ -31,10 +31,14 @@ class Finder {
   Finder(Surface& surface, double distance) : surface_(surface), distance_(distance) {
     contacts_.distance = distance;
     planes_.reserve(at(surface.count()));
-    planar_.reserve(at(surface.count()));
+    takes_part_.reserve(at(surface.count()));
     for (Index p = 0; p < surface.count(); ++p) {
-      planes_.emplace_back(surface.points, surface.loop(p));
-      planar_.push_back(polygon::is_planar(planes_.back(), surface.points, surface.loop(p)));
+      const auto loop = surface.loop(p);
+      planes_.emplace_back(surface.points, loop);
+      // Lines on a sliver that is hardly wider than the contact distance would touch both its sides.
+      const double width =
+          2 * polygon::area_vector(surface.points, loop).norm() / polygon::longest_edge(surface.points, loop);
+      takes_part_.push_back(width > 4 * distance && polygon::is_planar(planes_.back(), surface.points, loop));
     }
   }
 
@@ -68,7 +72,7 @@ class Finder {
     std::vector<Box> boxes;
     boxes.reserve(planes_.size());
     for (Index p = 0; p < surface_.count(); ++p) {
-      if (!planar_[at(p)]) continue;
+      if (!takes_part_[at(p)]) continue;
       Vec3 lower = point(surface_.loop(p)[0]), upper = lower;
       for (const Index c : surface_.loop(p)) {
         lower = lower.cwiseMin(point(c));
@@ -115,9 +119,19 @@ class Finder {
     const Sides i_over_j = sides(i, j), j_over_i = sides(j, i);
     const bool ij = imprint_edges(i, j), ji = imprint_edges(j, i);
     const bool in_one_plane = i_over_j.above + i_over_j.below == 0 && j_over_i.above + j_over_i.below == 0;
-    if (in_one_plane && (ij || ji || same_region(i, j)))
-      contacts_.coincident.push_back({std::min(surface_.face[at(i)], surface_.face[at(j)]),
-                                      std::max(surface_.face[at(i)], surface_.face[at(j)])});
+    if (in_one_plane) {
+      if (ij || ji || same_region(i, j))
+        contacts_.coincident.push_back({std::min(surface_.face[at(i)], surface_.face[at(j)]),
+                                        std::max(surface_.face[at(i)], surface_.face[at(j)])});
+      if (surface_.material[at(i)] == surface_.material[at(j)] &&
+          planes_[at(i)].n.dot(planes_[at(j)].n) > 0) {
+        // Of two that lie in each other the later one goes.
+        if (!ji && lies_in(j, i))
+          contacts_.contained.push_back({j, i});
+        else if (!ij && lies_in(i, j))
+          contacts_.contained.push_back({i, j});
+      }
+    }
     if (i_over_j.above > 0 && i_over_j.below > 0 && j_over_i.above > 0 && j_over_i.below > 0)
       pass_through(i, j);
   }
@@ -140,6 +154,23 @@ class Finder {
            });
     }
     return found;
+  }
+
+  /// Of two polygons in one plane, no edge of i through the interior of j: whether a point of that is in i.
+  bool lies_in(Index j, Index i) const {
+    const auto loop = surface_.loop(j);
+    double largest = 0;
+    Vec3 inside = Vec3::Zero();
+    for (const auto& [a, b, c] : polygon::triangles(surface_.points, loop)) {
+      const std::array<Index, 3> corners{loop[at(a)], loop[at(b)], loop[at(c)]};
+      const double area = polygon::area_vector(surface_.points, corners).norm();
+      if (area <= largest) continue;
+      largest = area;
+      inside = (point(corners[0]) + point(corners[1]) + point(corners[2])) / 3;
+    }
+    return largest > 0 &&
+           polygon::contains(polygon::project(planes_[at(i)], surface_.points, surface_.loop(i)),
+                             planes_[at(i)].project(inside));
   }
 
   /// The lines in which the interiors of i and j cross.
@@ -191,8 +222,7 @@ class Finder {
   }
 
   /// Calls use(a, b) with the end points of each part of the line from → to that runs through the interior
-  /// of i. The line belongs to another polygon; `edge` is its edge that the line runs along, if any. Parts
-  /// along an edge of i make that edge a crease.
+  /// of i. The line belongs to another polygon; `edge` is its edge that the line runs along, if any.
   template <class Use>
   void clip(Index i, const End& from, const End& to, Edge edge, const Use& use) {
     struct Stop {
@@ -247,14 +277,15 @@ class Finder {
       if (along == kNone && !polygon::contains(ring, middle)) continue;
       const double part = merged[k + 1].s - merged[k].s;
       if (edge != kNoEdge) contacts_.covered[edge_key(edge[0], edge[1])] += part;
-      if (along != kNone) {
-        const std::uint64_t key = edge_key(loop[at(along)], loop[at(along + 1) % loop.size()]);
-        contacts_.creases.insert(key);
-        contacts_.covered[key] += part;
-        continue;
-      }
       const Index a = resolved(merged[k]), b = resolved(merged[k + 1]);
-      if (a != b) use(a, b);
+      if (along != kNone) {
+        // Both edges have the ends of the common part by now.
+        const std::uint64_t key = edge_key(loop[at(along)], loop[at(along + 1) % loop.size()]);
+        contacts_.partly_shared.insert(key);
+        contacts_.covered[key] += part;
+      } else if (a != b) {
+        use(a, b);
+      }
     }
   }
 
@@ -381,36 +412,61 @@ class Finder {
   double distance_;
   std::unordered_map<std::uint64_t, std::vector<Index>> created_;  ///< by cell of 4 contact distances
   std::vector<polygon::Plane> planes_;
-  std::vector<bool> planar_;
+  std::vector<bool> takes_part_;
   Contacts contacts_;
 };
 
-void extend(const Contacts& contacts, const std::vector<Vec3>& points, Index a, Index b,
-            std::vector<Index>& way) {
-  const auto found = contacts.splits.find(edge_key(a, b));
-  if (found == contacts.splits.end()) {
-    way.push_back(b);
-    return;
+/// Appends to `way` what follows its last point up to b. Parts between points of an edge may be edges with points of their own; of
+/// those only what goes forward counts, by the place s along the whole edge: within the contact distance points of two edges
+/// may lie between one another.
+class Way {
+ public:
+  Way(const Contacts& contacts, const std::vector<Vec3>& points, Index from, Index to)
+      : contacts_(contacts),
+        points_(points),
+        origin_(points[at(from)]),
+        along_(points[at(to)] - origin_),
+        way_{from} {
+    extend(from, to);
   }
-  const auto [low, high] = std::minmax(a, b);
-  const Vec3 origin = points[at(low)], along = points[at(high)] - origin;
-  std::vector<std::pair<double, Index>> between;
-  for (const Index v : found->second) between.emplace_back(along.dot(points[at(v)] - origin), v);
-  std::sort(between.begin(), between.end());
-  if (a > b) std::reverse(between.begin(), between.end());
-  Index last = a;
-  for (const auto& [s, v] : between) {
-    extend(contacts, points, last, v, way);
-    last = v;
+  std::vector<Index> points() && { return std::move(way_); }
+
+ private:
+  double place(Index v) const { return along_.dot(points_[at(v)] - origin_); }
+
+  /// Each call's part of the way is strictly shorter than its caller's.
+  void extend(Index a, Index b) {
+    const double from = place(a), to = place(b);
+    std::vector<std::pair<double, Index>> between;
+    if (const auto found = contacts_.splits.find(edge_key(a, b)); found != contacts_.splits.end())
+      for (const Index v : found->second)
+        if (const double s = place(v); s > from && s < to) between.emplace_back(s, v);
+    if (between.empty()) {
+      way_.push_back(b);
+      return;
+    }
+    std::sort(between.begin(), between.end());
+    Index last = a;
+    for (const auto& [s, v] : between) {
+      if (s <= place(last)) continue;  // at the same place
+      extend(last, v);
+      last = v;
+    }
+    extend(last, b);
   }
-  extend(contacts, points, last, b, way);
-}
+
+  const Contacts& contacts_;
+  const std::vector<Vec3>& points_;
+  Vec3 origin_, along_;
+  std::vector<Index> way_;
+};
 
 }  // namespace
 
 std::vector<Index> Contacts::chain(const std::vector<Vec3>& points, Index a, Index b) const {
-  std::vector<Index> way{a};
-  extend(*this, points, a, b, way);
+  // From the lower to the higher number, so that both polygons of an edge get the same points.
+  std::vector<Index> way = Way(*this, points, std::min(a, b), std::max(a, b)).points();
+  if (a > b) std::reverse(way.begin(), way.end());
   return way;
 }
 

@@ -146,11 +146,15 @@ void warn_of_odd_facts(const Surface& surface, const Contacts& contacts, const S
                            contacts.coincident[k][1]);
     if (contacts.coincident.size() > kNamed)
       pairs += fmt::format(" and {} more pairs", contacts.coincident.size() - kNamed);
-    warnings.push_back(
-        fmt::format("{} coincide: where they lie face to face they see nothing; where they face the same "
-                    "way, which of them "
-                    "light meets is not defined",
-                    pairs));
+    MaterialPairs materials;
+    for (const auto& [a, b] : contacts.coincident) {
+      const auto [low, high] = std::minmax({scene.material(a), scene.material(b)});
+      ++materials[{low, high}];
+    }
+    warnings.push_back(fmt::format(
+        "{} coincide ({}): where they lie face to face they see nothing; where they face the same way, "
+        "which of them light meets is not defined",
+        pairs, name_materials(materials, scene, "and")));
   }
   if (const Index open = open_edges(surface, contacts, scene); open > 0)
     warnings.push_back(fmt::format("the surface is open: {} {} to one face only, so light may leave there",
@@ -162,6 +166,33 @@ bool is_triangle_or_convex_quad(const Surface& surface, Index polygon) {
   if (loop.size() != 4) return loop.size() == 3;
   const polygon::Plane plane(surface.points, loop);
   return polygon::is_convex(polygon::project(plane, surface.points, loop), tolerance::kPlanarity);
+}
+
+/// Drops the faces that lie wholly in others of the same material that face the same way; of two that lie in each other the later
+/// one. Returns their numbers.
+std::vector<Index> drop_contained(Surface& faces, Surface& polygons, const Contacts& contacts) {
+  std::vector<std::uint8_t> gone(at(polygons.count()));
+  for (const auto& [inner, outer] : contacts.contained)
+    if (gone[at(outer)] == 0) gone[at(inner)] = 1;
+  // A face stays as long as one of its polygons does.
+  std::unordered_set<Index> staying;
+  for (Index p = 0; p < polygons.count(); ++p)
+    if (gone[at(p)] == 0) staying.insert(polygons.face[at(p)]);
+  const auto without = [&](const Surface& surface) {
+    Surface left;
+    left.points = surface.points;
+    for (Index p = 0; p < surface.count(); ++p)
+      if (staying.contains(surface.face[at(p)]))
+        left.add(surface.loop(p), surface.face[at(p)], surface.material[at(p)]);
+    return left;
+  };
+  std::vector<Index> dropped;
+  for (const Index f : faces.face)
+    if (!staying.contains(f)) dropped.push_back(f);
+  if (dropped.empty()) return dropped;
+  faces = without(faces);
+  polygons = without(polygons);
+  return dropped;
 }
 
 struct Sized {
@@ -184,6 +215,9 @@ Sized fit(const Subdivision& subdivision, const Surface& surface, const Scene& s
     area += polygon::area_vector(surface.points, surface.loop(p)).norm() *
             (scene.materials()[at(surface.material[at(p)])].sides == Sides::both ? 2 : 1);
   double size = std::sqrt(area / target);
+  // Long and narrow faces have more patches along their edges than their area asks for.
+  constexpr double kFarOff = 8;
+  while (subdivision.expected(size) > kFarOff * target && std::isfinite(size)) size *= 2;
   constexpr int kRounds = 6;
   for (int round = 0; round < kRounds && std::abs(best_off) > 0.05; ++round) {
     Pieces pieces = subdivision.pieces(size);
@@ -205,15 +239,26 @@ Patches make_patches(const Scene& scene, const PatchOptions& options) {
     throw InputError(fmt::format("patches: size {} m is not positive", wanted->metres));
   Repairs repairs;
   std::vector<std::string> warnings;
-  const Surface faces = repair(scene, repairs, warnings);
+  Surface faces = repair(scene, repairs, warnings);
   Surface polygons = split_non_planar(faces);
-  const Contacts contacts = find_contacts(polygons, tolerance::kContact * polygons.diagonal());
+  const double contact = tolerance::kContact * polygons.diagonal();
+  Contacts contacts = find_contacts(polygons, contact);
+  if (const std::vector<Index> dropped = drop_contained(faces, polygons, contacts); !dropped.empty()) {
+    repairs.duplicate_faces += static_cast<Index>(dropped.size());
+    warnings.push_back(
+        fmt::format("{} {} dropped: within another face of the same material that faces the same way",
+                    name_faces(dropped), dropped.size() == 1 ? "was" : "were"));
+    contacts = find_contacts(polygons, contact);
+  }
   warn_of_odd_facts(faces, contacts, scene, warnings);
   if (std::holds_alternative<KeepFaces>(options)) {
     PatchMesh mesh = to_mesh(whole_faces(faces), faces, scene);
     return {std::move(mesh), repairs, std::move(warnings), 0};
   }
 
+  repairs.split_edges =
+      static_cast<Index>(std::count_if(contacts.partly_shared.begin(), contacts.partly_shared.end(),
+                                       [&](std::uint64_t edge) { return contacts.splits.contains(edge); }));
   const Subdivision subdivision(polygons, contacts);
   bool cut_seen = false;
   for (Index p = 0; p < polygons.count(); ++p) {

@@ -36,8 +36,8 @@ void validate(const Material& material) {
       throw InputError(fmt::format("material '{}', band {}: absorptance {} is not 1 minus the reflectance {}",
                                    material.name, b, material.absorptance[b], rho));
     if (!(emission >= 0 && std::isfinite(emission)))
-      throw InputError(fmt::format("material '{}', band {}: emission {} W/m² is not finite and at least 0",
-                                   material.name, b, emission));
+      throw InputError(fmt::format("material '{}', band {}: emission {} W{} is not finite and at least 0",
+                                   material.name, b, emission, material.emits_power ? "" : "/m²"));
   }
 }
 

@@ -188,6 +188,7 @@ PatchMesh::PatchMesh(Arrays arrays) : arrays_(std::move(arrays)) {
     vertex_neighbours_.start[v + 1] += vertex_neighbours_.start[v];
     if (mesh.is_boundary(HalfEdges::VertexHandle(static_cast<int>(v)))) on_border_[v] = 1;
   }
+  spread_powers();
 }
 
 PatchMesh PatchMesh::with_materials(std::vector<Material> materials) const {
@@ -197,7 +198,24 @@ PatchMesh PatchMesh::with_materials(std::vector<Material> materials) const {
   validate(materials);
   PatchMesh mesh = *this;
   mesh.arrays_.materials = std::move(materials);
+  mesh.spread_powers();
   return mesh;
+}
+
+/// E = Φ / A
+void PatchMesh::spread_powers() {
+  std::vector<double> area(arrays_.materials.size());
+  for (Index p = 0; p < patch_count(); ++p) area[at(material(p))] += areas_[p];
+  for (std::size_t m = 0; m < area.size(); ++m) {
+    Material& lamp = arrays_.materials[m];
+    if (!lamp.emits_power) continue;
+    lamp.emits_power = false;
+    if ((lamp.emission == 0).all()) continue;
+    if (!(area[m] > 0))
+      throw InputError(fmt::format("material '{}': {} W have no patch to leave from", lamp.name,
+                                   lamp.emission.maxCoeff()));
+    lamp.emission /= area[m];
+  }
 }
 
 Index PatchMesh::bands() const {

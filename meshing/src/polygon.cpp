@@ -159,7 +159,12 @@ std::vector<std::array<Index, 3>> triangles(std::span<const Vec3> points, std::s
   }
   std::vector<std::array<Index, 2>> edges;
   for (Index k = 0; k < n; ++k) edges.push_back({k, (k + 1) % n});
-  return mesh_polygon(ring, edges).triangles;
+  PlanarMesh mesh = mesh_polygon(ring, edges);
+  if (mesh.points.size() == ring.size()) return std::move(mesh.triangles);
+  // Edges that cross need points of their own; triangles of the corners then overlap.
+  std::vector<std::array<Index, 3>> fan;
+  for (Index k = 1; k + 1 < n; ++k) fan.push_back({0, k, k + 1});
+  return fan;
 }
 
 }  // namespace polygon

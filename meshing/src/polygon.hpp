@@ -71,7 +71,8 @@ bool contains(std::span<const Vec2> ring, const Vec2& p);
 double distance_to_segment(const Vec2& p, const Vec2& a, const Vec2& b);
 
 /// Triangles that cover a polygon, as positions 0 … n−1 in its list of corners, in its sense of rotation:
-/// convex ones by a fan or the shorter diagonal, others by constrained Delaunay triangulation.
+/// convex ones by a fan or the shorter diagonal, others by constrained Delaunay triangulation. Those of a polygon whose
+/// edges cross overlap.
 std::vector<std::array<Index, 3>> triangles(std::span<const Vec3> points, std::span<const Index> corners);
 
 }  // namespace polygon

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <unordered_map>
 
 #include "radiosity/meshing/error.hpp"
@@ -29,6 +30,21 @@ std::string name_faces(const std::vector<Index>& faces) {
   return text;
 }
 
+std::string name_materials(const MaterialPairs& pairs, const Scene& scene, std::string_view between) {
+  std::vector<std::pair<std::array<Index, 2>, Index>> sorted(pairs.begin(), pairs.end());
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const auto& a, const auto& b) { return a.second > b.second; });
+  constexpr std::size_t kNamed = 5;
+  std::string text;
+  for (std::size_t k = 0; k < std::min(sorted.size(), kNamed); ++k) {
+    const auto& [a, b] = sorted[k].first;
+    text += fmt::format("{}{} of '{}' {} '{}'", k == 0 ? "" : ", ", sorted[k].second,
+                        scene.materials()[at(a)].name, between, scene.materials()[at(b)].name);
+  }
+  if (sorted.size() > kNamed) text += fmt::format(" and {} more combinations", sorted.size() - kNamed);
+  return text;
+}
+
 namespace {
 
 /// The least of all rotations of the loop.
@@ -44,6 +60,17 @@ std::vector<Index> canonical(std::span<const Index> loop) {
   return best;
 }
 
+/// Cuts a loop that goes round several times in the same steps down to one round. Tells whether it did.
+bool unwind(std::vector<Index>& loop) {
+  const auto n = static_cast<std::ptrdiff_t>(loop.size());
+  for (std::ptrdiff_t round = 3; 2 * round <= n; ++round) {
+    if (n % round != 0 || !std::equal(loop.begin() + round, loop.end(), loop.begin())) continue;
+    loop.resize(static_cast<std::size_t>(round));
+    return true;
+  }
+  return false;
+}
+
 struct LoopHash {
   std::size_t operator()(const std::vector<Index>& loop) const {
     std::uint64_t hash = 0x9e3779b97f4a7c15;
@@ -57,6 +84,12 @@ struct Neighbour {
   Index polygon;
   bool agrees;  ///< the common edge runs in opposite directions, so the orientations fit
 };
+
+/// Two polygons on the same side of their common edge, in one plane, are no neighbours: they cover one another.
+bool cover_one_another(const Surface& surface, Index a, Index b) {
+  const polygon::Plane p(surface.points, surface.loop(a)), q(surface.points, surface.loop(b));
+  return p.n.dot(q.n) > 1 - tolerance::kPlanarity;
+}
 
 /// Per polygon, its neighbours over edges that belong to exactly two polygons.
 std::vector<std::vector<Neighbour>> neighbours(const Surface& surface) {
@@ -80,6 +113,7 @@ std::vector<std::vector<Neighbour>> neighbours(const Surface& surface) {
     for (next = k + 1; next < sides.size() && sides[next].key == sides[k].key;) ++next;
     if (next - k != 2 || sides[k].polygon == sides[k + 1].polygon) continue;
     const bool agrees = sides[k].forward != sides[k + 1].forward;
+    if (!agrees && cover_one_another(surface, sides[k].polygon, sides[k + 1].polygon)) continue;
     result[at(sides[k].polygon)].push_back({sides[k + 1].polygon, agrees});
     result[at(sides[k + 1].polygon)].push_back({sides[k].polygon, agrees});
   }
@@ -145,13 +179,25 @@ Surface repair(const Scene& scene, Repairs& repairs, std::vector<std::string>& w
   for (std::size_t v = 0; v < first.size(); ++v) repairs.merged_vertices += at(first[v]) == v ? 0 : 1;
   Surface surface;
   surface.points = scene.vertices();
-  std::vector<Index> degenerate, duplicate, other_material, loop;
+  std::vector<Index> degenerate, duplicate, unwound, loop;
+  MaterialPairs other_material;
   std::unordered_map<std::vector<Index>, Index, LoopHash> seen;
+  const auto two_sided = [&](Index f) {
+    return scene.materials()[at(scene.material(f))].sides == Sides::both;
+  };
+  // A face with two sides is the same either way round.
+  const auto earlier = [&](Index f) -> std::optional<Index> {
+    if (const auto found = seen.find(canonical(loop)); found != seen.end()) return found->second;
+    if (!two_sided(f)) return {};
+    const auto found = seen.find(canonical(std::vector<Index>(loop.rbegin(), loop.rend())));
+    return found != seen.end() && two_sided(found->second) ? std::optional(found->second) : std::nullopt;
+  };
   for (Index f = 0; f < scene.face_count(); ++f) {
     loop.clear();
     for (const Index c : scene.corners(f))
       if (loop.empty() || loop.back() != first[at(c)]) loop.push_back(first[at(c)]);
     while (loop.size() > 1 && loop.back() == loop.front()) loop.pop_back();
+    if (unwind(loop)) unwound.push_back(f);
     const auto height = [&] {
       return 2 * polygon::area_vector(surface.points, loop).norm() /
              polygon::longest_edge(surface.points, loop);
@@ -160,16 +206,18 @@ Surface repair(const Scene& scene, Repairs& repairs, std::vector<std::string>& w
       degenerate.push_back(f);
       continue;
     }
-    const auto [entry, is_new] = seen.emplace(canonical(loop), f);
-    if (!is_new) {
+    if (const std::optional<Index> first_face = earlier(f)) {
       duplicate.push_back(f);
-      if (scene.material(f) != scene.material(entry->second)) other_material.push_back(f);
+      if (scene.material(f) != scene.material(*first_face))
+        ++other_material[{scene.material(*first_face), scene.material(f)}];
       continue;
     }
+    seen.emplace(canonical(loop), f);
     surface.add(loop, f, scene.material(f));
   }
   repairs.degenerate_faces = static_cast<Index>(degenerate.size());
   repairs.duplicate_faces = static_cast<Index>(duplicate.size());
+  repairs.unwound_faces = static_cast<Index>(unwound.size());
   if (surface.count() == 0)
     throw InputError(fmt::format("none of the {} faces has an area beyond the rounding of its coordinates",
                                  scene.face_count()));
@@ -178,13 +226,15 @@ Surface repair(const Scene& scene, Repairs& repairs, std::vector<std::string>& w
     warnings.push_back(fmt::format("{} {} dropped: no area beyond the rounding of the coordinates",
                                    name_faces(degenerate), were(degenerate)));
   if (!duplicate.empty())
-    warnings.push_back(fmt::format(
-        "{} {} dropped: the same corners in the same order as an earlier face{}", name_faces(duplicate),
-        were(duplicate),
-        other_material.empty()
-            ? ""
-            : fmt::format(", whose material stays although {} {} another", name_faces(other_material),
-                          other_material.size() == 1 ? "has" : "have")));
+    warnings.push_back(fmt::format("{} {} dropped: the same corners in the same order as an earlier face{}",
+                                   name_faces(duplicate), were(duplicate),
+                                   other_material.empty()
+                                       ? ""
+                                       : fmt::format(", whose material stays (instead of another: {})",
+                                                     name_materials(other_material, scene, "over"))));
+  if (!unwound.empty())
+    warnings.push_back(fmt::format("{} {} cut down to one round of corners: they went round several times",
+                                   name_faces(unwound), were(unwound)));
   orient(surface, repairs, warnings);
   return surface;
 }

@@ -53,15 +53,29 @@ Subdivision::Use Subdivision::use(Index from, Index to, bool crease) {
   return {entry->second, from == low};
 }
 
+Index Subdivision::on_edge(Index v, Index a, Index b, double slack) {
+  const auto [low, high] = std::minmax(a, b);
+  const Vec3 &x = points_[at(v)], &from = points_[at(low)];
+  const Vec3 along = (points_[at(high)] - from).normalized();
+  const Vec3 foot = from + along.dot(x - from) * along;
+  if ((x - foot).norm() <= slack) return v;
+  const auto [entry, is_new] = feet_.emplace(std::array{low, high, v}, static_cast<Index>(points_.size()));
+  if (is_new) points_.push_back(foot);
+  return entry->second;
+}
+
 void Subdivision::add_polygon(const Surface& surface, const Contacts& contacts, Index number,
                               std::span<const Contacts::Line> lines) {
   const auto loop = surface.loop(number);
-  Polygon polygon{uses_.size(), 0, 0, false, polygon::area_vector(surface.points, loop).norm()};
+  Polygon polygon{
+      surface.face[at(number)], uses_.size(), 0, 0, false, polygon::area_vector(surface.points, loop).norm()};
+  const double slack =
+      tolerance::kCoplanar / tolerance::kContact * contacts.distance + polygon::rounding(points_, loop);
   for (std::size_t k = 0; k < loop.size(); ++k) {
     const Index a = loop[k], b = loop[(k + 1) % loop.size()];
-    const std::vector<Index> way = contacts.chain(points_, a, b);
-    const bool crease = contacts.creases.contains(edge_key(a, b));
-    for (std::size_t s = 0; s + 1 < way.size(); ++s) uses_.push_back(use(way[s], way[s + 1], crease));
+    std::vector<Index> way = contacts.chain(points_, a, b);
+    for (std::size_t s = 1; s + 1 < way.size(); ++s) way[s] = on_edge(way[s], a, b, slack);
+    for (std::size_t s = 0; s + 1 < way.size(); ++s) uses_.push_back(use(way[s], way[s + 1], false));
   }
   polygon.boundary = uses_.size() - polygon.first;
 
@@ -77,7 +91,14 @@ void Subdivision::add_polygon(const Surface& surface, const Contacts& contacts, 
     std::vector<std::pair<double, Index>> sorted;
     for (const Index v : kept) sorted.emplace_back(left(v), v);
     std::sort(sorted.begin(), sorted.end());
-    const auto stand_in = [&](Index v) {
+    std::unordered_map<Index, Index> in_plane;
+    const auto stand_in = [&](Index given) {
+      Index v = given;
+      if (const double height = plane.height(points_[at(v)]); std::abs(height) > slack) {
+        const auto [entry, is_new] = in_plane.emplace(v, static_cast<Index>(points_.size()));
+        if (is_new) points_.push_back(points_[at(v)] - height * plane.n);
+        v = entry->second;
+      }
       const double x = left(v);
       auto near = std::lower_bound(sorted.begin(), sorted.end(), std::pair(x - contacts.distance, Index{0}));
       for (; near != sorted.end() && near->first <= x + contacts.distance; ++near)
@@ -107,8 +128,7 @@ void Subdivision::add_polygon(const Surface& surface, const Contacts& contacts, 
   polygons_.push_back(polygon);
 }
 
-Pieces Subdivision::pieces(double size) const {
-  constexpr auto kMost = static_cast<double>(std::numeric_limits<Index>::max());
+std::vector<double> Subdivision::edge_counts(double size) const {
   std::vector<double> wanted(edges_.size(), 1);
   for (std::size_t e = 0; e < edges_.size(); ++e) {
     const Edge& edge = edges_[e];
@@ -117,25 +137,56 @@ Pieces Subdivision::pieces(double size) const {
     double& most = wanted[at(same_count_[e])];
     most = std::max(most, std::ceil(length / size));
   }
+  return wanted;
+}
+
+double Subdivision::expected(const Polygon& polygon, const std::vector<double>& wanted, double size) const {
+  const auto count = [&](std::size_t k) {
+    return wanted[at(same_count_[at(uses_[polygon.first + k].edge)])];
+  };
+  if (polygon.grid) return count(0) * count(1);
+  double sum = polygon.area / (size * size);
+  for (std::size_t k = 0; k < polygon.boundary + polygon.lines; ++k) sum += count(k);
+  return sum;
+}
+
+double Subdivision::expected(double size) const {
+  const std::vector<double> wanted = edge_counts(size);
+  double sum = 0;
+  for (const Polygon& polygon : polygons_) sum += expected(polygon, wanted, size);
+  return sum;
+}
+
+void Subdivision::require_possible(const std::vector<double>& wanted, double size) const {
   // A piece has at most four corners, and corners are numbered, too.
-  double expected = 0, inner_points = 0;
+  constexpr auto kMost = static_cast<double>(std::numeric_limits<Index>::max());
+  double pieces = 0, inner_points = 0, most = 0;
+  const Polygon* largest = nullptr;
   for (std::size_t e = 0; e < edges_.size(); ++e) inner_points += wanted[at(same_count_[e])] - 1;
   for (const Polygon& polygon : polygons_) {
-    const auto count = [&](std::size_t k) {
-      return wanted[at(same_count_[at(uses_[polygon.first + k].edge)])];
-    };
-    if (polygon.grid) {
-      expected += count(0) * count(1);
-    } else {
-      expected += polygon.area / (size * size);
-      for (std::size_t k = 0; k < polygon.boundary + polygon.lines; ++k) expected += count(k);
-    }
+    const double own = expected(polygon, wanted, size);
+    pieces += own;
+    if (own <= most) continue;
+    most = own;
+    largest = &polygon;
   }
-  if (std::max(expected, inner_points + static_cast<double>(points_.size())) > kMost / 4)
+  if (std::max(pieces, inner_points + static_cast<double>(points_.size())) > kMost / 4)
     throw InputError(fmt::format(
         "patch size {} m: it would give about {:.2g} patches; their corners must be less than 2^31", size,
-        std::max(expected, inner_points)));
+        std::max(pieces, inner_points)));
+  if (most <= tolerance::kMostPiecesOfFace) return;
+  double longest = 0;
+  for (std::size_t k = 0; k < largest->boundary; ++k)
+    longest = std::max(longest, edges_[at(uses_[largest->first + k].edge)].length);
+  throw InputError(fmt::format(
+      "face {}: with an edge of {:.4g} m and a patch size of {:.4g} m it would give about {:.2g} patches; "
+      "at most {:.0f} are possible for one face",
+      largest->face, longest, size, most, tolerance::kMostPiecesOfFace));
+}
 
+Pieces Subdivision::pieces(double size) const {
+  const std::vector<double> wanted = edge_counts(size);
+  require_possible(wanted, size);
   Pieces result;
   result.points = points_;
   Division division{*this, std::vector<Index>(edges_.size()), std::vector<Index>(edges_.size())};

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <map>
+
 #include "contacts.hpp"
 
 namespace radiosity {
@@ -20,8 +22,11 @@ class Subdivision {
   Subdivision(const Surface& surface, const Contacts& contacts);
 
   /// Pieces with no edge longer than `size`, which may be infinite. Throws InputError when there would be too
-  /// many.
+  /// many, of all or of one face.
   Pieces pieces(double size) const;
+
+  /// About how many pieces that will be.
+  double expected(double size) const;
 
   bool is_cut(Index polygon) const { return polygons_[at(polygon)].lines > 0; }
 
@@ -37,6 +42,7 @@ class Subdivision {
     bool forward;  ///< from a to b
   };
   struct Polygon {
+    Index face;
     std::size_t first;            ///< in uses_: the boundary in order, then the lines
     std::size_t boundary, lines;  ///< numbers of uses
     bool grid;
@@ -46,7 +52,13 @@ class Subdivision {
 
   void add_polygon(const Surface& surface, const Contacts& contacts, Index polygon,
                    std::span<const Contacts::Line> lines);
+  /// The point that stands for v on the edge from a to b: points of other polygons may be off by the contact distance, but the
+  /// polygon keeps its outline, and so its area and its plane.
+  Index on_edge(Index v, Index a, Index b, double slack);
   Use use(Index from, Index to, bool crease);
+  std::vector<double> edge_counts(double size) const;  ///< pieces, of the edge that same_count_ names
+  double expected(const Polygon& polygon, const std::vector<double>& edge_counts, double size) const;
+  void require_possible(const std::vector<double>& edge_counts, double size) const;
   void add_grid(const Polygon& polygon, const Division& division, Pieces& pieces) const;
   void add_triangle(const Polygon& polygon, const Division& division, Pieces& pieces) const;
   void add_mesh(const Polygon& polygon, const Division& division, double size, Pieces& pieces) const;
@@ -54,6 +66,7 @@ class Subdivision {
   std::vector<Vec3> points_;
   std::vector<Edge> edges_;
   std::unordered_map<std::uint64_t, Index> edge_numbers_;
+  std::map<std::array<Index, 3>, Index> feet_;  ///< per edge and point
   std::vector<Use> uses_;
   std::vector<Polygon> polygons_;
   std::vector<Index> same_count_;  ///< per edge: the first of those that are opposite in grids

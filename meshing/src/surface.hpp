@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <array>
+#include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "polygon.hpp"
@@ -33,6 +36,12 @@ struct Surface {
 
 /// "face 3" or "faces 3, 7, 9 and 12 more".
 std::string name_faces(const std::vector<Index>& faces);
+
+/// Numbers of faces by two materials.
+using MaterialPairs = std::map<std::array<Index, 2>, Index>;
+
+/// "3 of 'floor' and 'box', 1 of 'floor' and 'wall'", the most frequent first; `between` is the "and".
+std::string name_materials(const MaterialPairs& pairs, const Scene& scene, std::string_view between);
 
 /// Merges equal vertices, drops degenerate and duplicate faces, orients the others. Throws InputError when
 /// nothing is left.

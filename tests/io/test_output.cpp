@@ -215,9 +215,10 @@ TEST(Report, HasTheStableNamesInOrder) {
                                        "solver", "energy", "seconds", "peak_memory_bytes"));
   EXPECT_THAT(names(json["scene"]), ElementsAre("file", "surfaces", "patches", "bands", "area_m2", "bounds_m",
                                                 "repairs", "warnings"));
-  EXPECT_THAT(names(json["scene"]["repairs"]),
-              ElementsAre("merged_vertices", "degenerate_faces", "duplicate_faces", "flipped_faces",
-                          "triangulated_faces", "non_planar_faces", "cut_faces"));
+  EXPECT_THAT(
+      names(json["scene"]["repairs"]),
+      ElementsAre("merged_vertices", "degenerate_faces", "duplicate_faces", "unwound_faces", "flipped_faces",
+                  "triangulated_faces", "non_planar_faces", "split_edges", "cut_faces"));
   EXPECT_THAT(names(json["modelled"]), ElementsAre("bands", "occlusion", "left_out", "saved"));
   EXPECT_THAT(names(json["modelled"]["saved"]), ElementsAre("visibility_tests"));  // what is known
   EXPECT_THAT(names(json["form_factors"]),

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "files.hpp"
 #include "radiosity/io/read_scene.hpp"
+#include "radiosity/meshing/make_patches.hpp"
 
 namespace radiosity::test {
 namespace {
@@ -144,9 +145,9 @@ TEST_F(SceneFileTest, ConvertsEveryUnitToMetres) {
 TEST_F(SceneFileTest, SpreadsPowerOverTheAreaOfTheMaterial) {
   // 2 m × 1 m in units of 1 cm: 2e-4 m².
   const LoadedScene front = read("units = \"cm\"\n[materials.floor]\npower = [2.0, 4.0, 6.0]\n");
-  EXPECT_TRUE(front.scene.materials()[0].emission.isApprox(rgb(1e4, 2e4, 3e4), 1e-12));
+  EXPECT_TRUE(make_patches(front.scene).mesh.materials()[0].emission.isApprox(rgb(1e4, 2e4, 3e4), 1e-12));
   const LoadedScene both = read("[materials.floor]\npower = 8\nsides = \"both\"\n");
-  EXPECT_TRUE(both.scene.materials()[0].emission.isApprox(rgb(2, 2, 2), 1e-12));
+  EXPECT_TRUE(make_patches(both.scene).mesh.materials()[0].emission.isApprox(rgb(2, 2, 2), 1e-12));
 }
 
 TEST_F(SceneFileTest, ASingleNumberHoldsForAllBands) {

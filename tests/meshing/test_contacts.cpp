@@ -70,7 +70,8 @@ TEST(Contacts, ABoxOnTheFloorCutsItAlongItsFootprint) {
 
 TEST(Contacts, ABottomInTheFloorIsReported) {
   const Shape with = Shape().face(rectangle(0, 0, 4, 3)).box({1, 1, 0}, {2, 2, 1});
-  EXPECT_THAT(make_patches(with.scene()).warnings, Contains(HasSubstr("faces 0 and 5 coincide")));
+  EXPECT_THAT(make_patches(with.scene()).warnings,
+              Contains(HasSubstr("faces 0 and 5 coincide (1 of 'grey' and 'grey')")));
   const Shape without = Shape().face(rectangle(0, 0, 4, 3)).box({1, 1, 0}, {2, 2, 1}, false, false);
   EXPECT_THAT(make_patches(without.scene()).warnings, Not(Contains(HasSubstr("coincide"))));
 }
@@ -161,9 +162,9 @@ TEST(Contacts, TouchingOnlyAtAnEdgeOrACornerCutsNothing) {
 TEST(Contacts, AWallOnTheSeamOfTwoTilesIsACrease) {
   const Shape tiles = Shape().face(rectangle(0, 0, 1, 2)).face(rectangle(1, 0, 2, 2));
   EXPECT_EQ(make_patches(tiles.scene(), PatchSize{10}).mesh.vertex_count(), 6);
-  // Higher by 0.5 at each end than the seam is long, so that no edge is shared.
+  // Longer by 0.5 at each end than the seam, whose ends become points of its foot.
   const Shape wall = Shape(tiles).face({{1, -0.5, 0}, {1, 2.5, 0}, {1, 2.5, 1}, {1, -0.5, 1}});
-  EXPECT_EQ(make_patches(wall.scene(), PatchSize{10}).mesh.vertex_count(), 8 + 4);
+  EXPECT_EQ(make_patches(wall.scene(), PatchSize{10}).mesh.vertex_count(), 8 + 6);
 }
 
 TEST(Contacts, FourLegsOnATriangulatedFloor) {
@@ -205,6 +206,100 @@ TEST(Contacts, AnHoleInAWallFilledByAWindowStaysClosed) {
   EXPECT_EQ(patches.repairs.cut_faces, 0);
   EXPECT_EQ(t_vertices(patches.mesh), 0);
   EXPECT_NEAR(total_area(patches.mesh), 9, 1e-12);
+}
+
+TEST(Contacts, CoincidentFacesAreCountedByTheirMaterials) {
+  Shape shape = Shape().face(rectangle(0, 0, 9, 9), 0);
+  for (const double x : {1.0, 3.0, 5.0}) shape.face(rectangle(x, 1, x + 1, 2), x < 4 ? 1 : 2);
+  EXPECT_THAT(make_patches(shape.scene({grey("oak"), grey("rug"), grey("mat")})).warnings,
+              Contains(HasSubstr("faces 0 and 1, faces 0 and 2, faces 0 and 3 coincide (2 of 'oak' and "
+                                 "'rug', 1 of 'oak' and 'mat')")));
+}
+
+TEST(Contacts, AVertexInTheMiddleOfAnEdgeBecomesAPointOfBothFaces) {
+  const Shape tiles =
+      Shape().face(rectangle(0, -1, 2, 0)).face(rectangle(0, 0, 0.7, 1)).face(rectangle(0.7, 0, 2, 1));
+  for (const double size : kSizes) {
+    const Patches patches = make_patches(tiles.scene(), PatchSize{size});
+    EXPECT_EQ(patches.repairs.split_edges, 1);
+    EXPECT_EQ(patches.repairs.cut_faces, 0);
+    EXPECT_EQ(t_vertices(patches.mesh), 0) << size;
+    EXPECT_NEAR(total_area(patches.mesh), 4, 1e-12);
+  }
+  // One smooth surface: the seven corners and the one in the middle are there once.
+  EXPECT_EQ(make_patches(tiles.scene(), PatchSize{10}).mesh.vertex_count(), 8);
+  EXPECT_EQ(make_patches(tiles.scene(), KeepFaces{}).repairs.split_edges, 0);
+}
+
+TEST(Contacts, RoundedVerticesOfOthersLeaveAFaceItsOutlineAndItsPlane) {
+  // The corners of the smaller tiles are off the edge by 10⁻⁷ of the scene, along and across the plane.
+  const Shape tiles = Shape()
+                          .face(rectangle(0, -1, 2, 0))
+                          .face({{0, 0, 0}, {0.7, 2e-7, 1e-7}, {0.7, 1, 0}, {0, 1, 0}})
+                          .face({{0.7, -1e-7, -2e-7}, {2, 0, 0}, {2, 1, 0}, {0.7, 1, 0}})
+                          .box({0.3, -0.7, 2e-7}, {0.6, -0.4, 1}, false, false);
+  for (const double size : kSizes) {
+    const PatchMesh mesh = make_patches(tiles.scene(), PatchSize{size}).mesh;
+    double area = 0;
+    for (Index p = 0; p < mesh.patch_count(); ++p) {
+      if (mesh.surface(p) != 0) continue;
+      area += mesh.area(p);
+      for (const Index v : mesh.corners(p)) {
+        EXPECT_LT(std::abs(mesh.vertex(v).z()), 1e-8);
+      }
+    }
+    EXPECT_NEAR(area, 2, 1e-8);
+  }
+}
+
+TEST(Contacts, AWallOnPartOfASeamIsACreaseThere) {
+  const Shape shape = Shape()
+                          .face(rectangle(0, 0, 1, 3))
+                          .face(rectangle(1, 0, 2, 3))
+                          .face({{1, 1, 0}, {1, 2, 0}, {1, 2, 1}, {1, 1, 1}});
+  // The tiles share the seam's ends, and the wall's ends from outside; where it stands all three have their own.
+  const PatchMesh mesh = make_patches(shape.scene(), PatchSize{10}).mesh;
+  EXPECT_EQ(t_vertices(mesh), 0);
+  int at_ends = 0, at_wall = 0;
+  for (Index v = 0; v < mesh.vertex_count(); ++v) {
+    const Vec3& x = mesh.vertex(v);
+    if (x.x() != 1 || x.z() != 0) continue;
+    (x.y() == 0 || x.y() == 3 ? at_ends : at_wall) += 1;
+  }
+  EXPECT_EQ(at_ends, 2);
+  EXPECT_GE(at_wall, 2 + 2);
+}
+
+TEST(Contacts, SplitPointsOnOneAnothersEdgesMakeNoCycle) {
+  const Shape shape = Shape()
+                          .face({{113.076431, 43.9999657, -819.094666},
+                                 {112.898613, 43.9999657, -818.335205},
+                                 {112.898613, 43.6999626, -818.335205},
+                                 {113.076431, 43.6999626, -819.094666}})
+                          .face({{92.8806076, 43.9999657, -782.515686},
+                                 {89.3754044, 43.9999657, -783.336365},
+                                 {89.3754044, 43.6999626, -783.336365},
+                                 {92.8806076, 43.6999626, -782.515686}})
+                          .face({{94.4809418, 43.9999657, -789.350769},
+                                 {94.4809418, 43.6999626, -789.350769},
+                                 {92.8805695, 43.6999626, -782.515625},
+                                 {92.8805695, 43.9999657, -782.515625}})
+                          .face({{117.499771, 43.6999626, -776.751282},
+                                 {118.302238, 43.6999626, -780.178589},
+                                 {126.120789, 43.6999626, -778.348022},
+                                 {125.318321, 43.6999626, -774.920654}})
+                          .face({{96.312767, 43.9999657, -781.712036},
+                                 {96.312767, 43.6999626, -781.712036},
+                                 {91.785202, 43.6999626, -782.772156},
+                                 {91.785202, 43.9999657, -782.772156}});
+  const Scene scene = shape.scene();
+  double area = 0;
+  for (Index f = 0; f < scene.face_count(); ++f) area += scene.area_vector(f).norm();
+  for (const double size : kSizes) {
+    const PatchMesh mesh = make_patches(scene, PatchSize{size}).mesh;
+    EXPECT_NEAR(total_area(mesh), area, 1e-6 * area);
+    EXPECT_LE(longest_edge(mesh), size * (1 + 1e-6));
+  }
 }
 
 TEST(Contacts, TheCornellBoxFileIsCutWhereItsBoxesStand) {

@@ -13,6 +13,18 @@
 namespace radiosity {
 namespace {
 
+using testing::HasSubstr;
+
+template <class Act>
+std::string message_of(const Act& act) {
+  try {
+    act();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "(nothing was thrown)";
+}
+
 Shape unit_cube() {
   return Shape().box({0, 0, 0}, {1, 1, 1});
 }
@@ -281,6 +293,61 @@ TEST(MakePatches, RejectsSizesThatCannotBe) {
   for (const double size : {0.0, -1.0, std::nan(""), 1e-6})
     EXPECT_THROW(make_patches(scene, PatchSize{size}), InputError) << size;
   EXPECT_THROW(make_patches(scene, AutoPatches{0}), InputError);
+}
+
+TEST(MakePatches, APowerIsWhatThePatchesEmit) {
+  Material lamp = grey("lamp");
+  lamp.emission = BandValues::Constant(1, 100);
+  lamp.emits_power = true;
+  const Shape once = Shape().face(rectangle(0, 0, 2, 1));
+  const Shape halves =
+      Shape().face({{0, 0, 0}, {2, 0, 0}, {2, 1, 0}}).face({{0, 0, 0}, {2, 1, 0}, {0, 1, 0}});
+  Shape twice_round = once;
+  twice_round.faces[0].insert(twice_round.faces[0].end(), once.faces[0].begin(), once.faces[0].end());
+  const Shape twisted = Shape().face({{0, 0, 0}, {2, 0, 0.4}, {2, 1, 0}, {0, 1, 0.4}});
+  const Shape bow_tie = Shape().face({{0, 0, 0}, {2, 0, 0}, {0, 2, 0}, {1, 2, 0}});
+  for (const Sides sides : {Sides::front, Sides::both})
+    for (const Shape& shape : {once, Shape(once).append(once), Shape(once).append(once.reversed()),
+                               Shape(once).append(halves), twice_round, twisted, bow_tie})
+      for (const PatchOptions& options :
+           {PatchOptions(KeepFaces{}), PatchOptions(PatchSize{5}), PatchOptions(PatchSize{0.3})}) {
+        lamp.sides = sides;
+        const PatchMesh mesh = make_patches(shape.scene({lamp}), options).mesh;
+        EXPECT_FALSE(mesh.materials()[0].emits_power);
+        EXPECT_NEAR((mesh.emission().col(0) * mesh.areas()).sum(), 100, 1e-10);
+      }
+}
+
+TEST(MakePatches, APowerWithoutPatchesIsRefused) {
+  Material lamp = grey("lamp");
+  lamp.emission = BandValues::Constant(1, 100);
+  lamp.emits_power = true;
+  const Shape shape = Shape().face(rectangle(0, 0, 2, 1), 0).face({{0, 0, 1}, {1, 0, 1}, {2, 0, 1}}, 1);
+  EXPECT_THAT(message_of([&] {
+                make_patches(shape.scene({grey("floor"), lamp}));
+              }),
+              HasSubstr("material 'lamp': 100 W have no patch to leave from"));
+}
+
+TEST(MakePatches, OneCornerFarAwayNeitherHangsNorFillsTheMemory) {
+  Shape room = Shape().box({0, 0, 0}, {4, 2.5, 3}, true).mapped([](const Vec3& x) {
+    return x == Vec3(0, 2.5, 3) ? Vec3(0, 2.5, -0x1p31) : x;
+  });
+  const Patches patches = make_patches(room.scene(), AutoPatches{5000});
+  EXPECT_LT(patches.mesh.patch_count(), 10 * 5000);
+  const std::string message = message_of([&] { make_patches(room.scene(), PatchSize{100}); });
+  EXPECT_THAT(message,
+              HasSubstr("with an edge of 2.147e+09 m and a patch size of 100 m it would give about"));
+  EXPECT_THAT(message, HasSubstr("at most 4000000 are possible for one face"));
+}
+
+TEST(MakePatches, TrianglesOfAPolygonThatCrossesItselfAreOfItsCorners) {
+  std::vector<Vec3> star;
+  for (int k = 0; k < 5; ++k)
+    star.emplace_back(std::cos(0.8 * std::numbers::pi * k), std::sin(0.8 * std::numbers::pi * k), 0);
+  const PatchMesh mesh = make_patches(Shape().face(star).scene(), KeepFaces{}).mesh;
+  for (const auto& triangle : mesh.triangles())
+    for (const Index v : triangle) EXPECT_LT(v, 5);
 }
 
 }  // namespace

@@ -68,6 +68,58 @@ TEST(Repair, DropsADuplicateWhereverItStarts) {
   EXPECT_THAT(patches.warnings, Contains(HasSubstr("face 1 was dropped")));
 }
 
+TEST(Repair, ALoopThatGoesRoundSeveralTimesIsOneFace) {
+  Shape shape = Shape().face(rectangle(0, 0, 2, 1));
+  const std::vector<Vec3> once = shape.faces[0];
+  for (const int rounds : {2, 3}) {
+    shape.faces[0].insert(shape.faces[0].end(), once.begin(), once.end());
+    for (const PatchOptions& options : {PatchOptions(KeepFaces{}), PatchOptions(PatchSize{3})}) {
+      const Patches patches = make_patches(shape.scene(), options);
+      EXPECT_EQ(patches.repairs.unwound_faces, 1);
+      ASSERT_EQ(patches.mesh.patch_count(), 1) << rounds;
+      EXPECT_DOUBLE_EQ(patches.mesh.area(0), 2);
+      EXPECT_THAT(patches.warnings, Contains(HasSubstr("face 0 was cut down to one round")));
+    }
+  }
+}
+
+TEST(Repair, DropsFacesWithinAnotherOfTheirMaterialThatFacesTheSameWay) {
+  const Shape quad = Shape().face(rectangle(0, 0, 1, 1));
+  const Shape halves =
+      Shape().face({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}}).face({{0, 0, 0}, {1, 1, 0}, {0, 1, 0}});
+  const Shape part = Shape().face(rectangle(0.2, 0, 0.7, 0.5));
+  for (const auto& [shape, dropped] : {std::pair{Shape(quad).append(halves), 2},
+                                       {Shape(halves).append(quad), 2},
+                                       {Shape(quad).append(part), 1},
+                                       {Shape(part).append(quad).append(quad), 2}}) {
+    for (const PatchOptions& options : {PatchOptions(KeepFaces{}), PatchOptions(PatchSize{0.1})}) {
+      const Patches patches = make_patches(shape.scene(), options);
+      EXPECT_EQ(patches.repairs.duplicate_faces, dropped);
+      EXPECT_EQ(patches.repairs.flipped_faces, 0);
+      EXPECT_NEAR(total_area(patches.mesh), 1, 1e-12);
+      EXPECT_THAT(patches.warnings, Not(Contains(HasSubstr("coincide"))));
+      for (Index p = 0; p < patches.mesh.patch_count(); ++p) EXPECT_GT(patches.mesh.normal(p).z(), 0.9);
+    }
+  }
+  // Neither what faces the other way nor what overlaps.
+  EXPECT_EQ(make_patches(Shape(quad).append(part.reversed()).scene()).repairs.duplicate_faces, 0);
+  EXPECT_EQ(make_patches(Shape(quad).face(rectangle(0.5, 0.5, 1.5, 0.7)).scene()).repairs.duplicate_faces, 0);
+}
+
+TEST(Repair, NamesTheMaterialsOfDuplicates) {
+  const Shape shape = Shape().face(rectangle(0, 0, 1, 1), 1).face(rectangle(0, 0, 1, 1), 0);
+  EXPECT_THAT(make_patches(shape.scene({grey("brick"), grey("plaster")})).warnings,
+              Contains(HasSubstr("whose material stays (instead of another: 1 of 'plaster' over 'brick')")));
+}
+
+TEST(Repair, ATwoSidedFaceIsTheSameEitherWayRound) {
+  const Shape sheet = Shape().face(rectangle(0, 0, 1, 1));
+  const Patches patches =
+      make_patches(Shape(sheet).append(sheet.reversed()).scene({grey("sheet", Sides::both)}), KeepFaces{});
+  EXPECT_EQ(patches.repairs.duplicate_faces, 1);
+  EXPECT_EQ(patches.mesh.patch_count(), 2);
+}
+
 TEST(Repair, KeepsBothSidesOfASheet) {
   const Shape sheet = Shape().face(rectangle(0, 0, 1, 1));
   const Patches patches = make_patches(Shape(sheet).append(sheet.reversed()).scene(), PatchSize{0.5});

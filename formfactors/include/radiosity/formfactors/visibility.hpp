@@ -81,6 +81,7 @@ class Visibility {
 
  private:
   struct Impl;
+  void find_covered();
   const PatchMesh& mesh_;
   Vec3 centre_;
   double scale_;

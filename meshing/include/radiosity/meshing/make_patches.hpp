@@ -21,12 +21,14 @@ using PatchOptions = std::variant<AutoPatches, KeepFaces, PatchSize>;
 
 /// What was done to the faces before they could be patches. All counts are of vertices or faces of the scene.
 struct Repairs {
-  Index merged_vertices = 0;     ///< vertices at exactly the same position as another
-  Index degenerate_faces = 0;    ///< dropped: no area beyond rounding
-  Index duplicate_faces = 0;     ///< dropped: the same vertices, in the same orientation, as another face
-  Index flipped_faces = 0;       ///< turned over to agree with the larger area of their connected surface
+  Index merged_vertices = 0;   ///< vertices at exactly the same position as another
+  Index degenerate_faces = 0;  ///< dropped: no area beyond rounding
+  Index duplicate_faces = 0;   ///< dropped: within another face of the same material that faces the same way
+  Index unwound_faces = 0;     ///< their corners went round several times; one round is left
+  Index flipped_faces = 0;     ///< turned over to agree with the larger area of their connected surface
   Index triangulated_faces = 0;  ///< not a triangle and not a convex planar quad
   Index non_planar_faces = 0;    ///< among those, the ones that leave their mean plane
+  Index split_edges = 0;         ///< given the vertices of other faces that lie on them (T-junctions)
   Index cut_faces = 0;           ///< cut along lines where other faces touch or cross them
 };
 
@@ -49,7 +51,7 @@ struct Patches {
 /// follow at the end, in the same order, with the same surface numbers.
 /// With KeepFaces patch i is face i, whatever its shape (unless degenerate faces had to be dropped: then a
 /// warning names them). Throws InputError when nothing is left, or when the size is not positive or would
-/// give more than 2^31 patches.
+/// give more than 2^31 patches, or one face more than tolerance::kMostPiecesOfFace.
 Patches make_patches(const Scene& scene, const PatchOptions& options = AutoPatches{});
 
 }  // namespace radiosity

@@ -19,6 +19,8 @@ struct Material {
   /// 1 − ρ where it is given as a number of its own: ρ = 1 − 10⁻¹², as a double, would be off by 10⁻⁴ of it. Empty: the
   /// difference, which is exact.
   BandValues absorptance = {};
+  /// `emission` is the power in W per band that all patches of the material emit together. A PatchMesh has it in W/m².
+  bool emits_power = false;
 };
 
 /// 1 − ρ per band.

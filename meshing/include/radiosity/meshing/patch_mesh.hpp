@@ -27,7 +27,8 @@ class PatchMesh {
   };
 
   /// Throws InputError on an index out of range, a patch with fewer than three corners, no area or
-  /// coordinates that are not finite, or invalid materials.
+  /// coordinates that are not finite, or invalid materials. A power is divided by the area of its patches; InputError where
+  /// there are none.
   explicit PatchMesh(Arrays arrays);
 
   /// The same patches with other materials, as many, in the same order. Throws InputError on others.
@@ -96,6 +97,8 @@ class PatchMesh {
         .subspan(static_cast<std::size_t>(rows.start[i]),
                  static_cast<std::size_t>(rows.start[i + 1] - rows.start[i]));
   }
+
+  void spread_powers();
 
   Arrays arrays_;
   Eigen::ArrayXd areas_;

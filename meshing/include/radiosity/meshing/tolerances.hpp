@@ -34,6 +34,10 @@ inline constexpr double kBesideSurface = 1e-9;
 /// rounding of its coordinates, kDegenerateHeight · max|x|).
 inline constexpr double kWholePieces = 1e-9;
 
+/// A face is divided into at most so many patches: what a triangulation takes seconds and some hundred megabytes for, and far
+/// beyond what form factors between them could be computed for.
+inline constexpr double kMostPiecesOfFace = 4e6;
+
 /// Cosine of 30°: two faces that meet at a smaller angle between their normals form one smooth surface, over
 /// which vertex radiosities are interpolated. Tessellated curves stay below, building corners above.
 inline constexpr double kSmoothCosine = 0.8660254037844387;
@@ -79,6 +83,10 @@ inline constexpr double kSameArea = 1e-9;
 /// A winding number is whole when it is this near to an integer: of closed surfaces it is one but for rounding, and an opening
 /// that takes 2 % of the sphere shows.
 inline constexpr double kWholeWinding = 0.02;
+
+/// Winding numbers by far fields of groups of triangles are off by less than this; nearer to the limit of kWholeWinding the exact
+/// sum decides.
+inline constexpr double kWindingError = 5e-3;
 
 /// Pairs further apart than kFarPair · (sum of their radii) take product quadrature of degree 5: for squares in any
 /// position its relative error there is 3e-6 at worst and 3e-7 rms, and falls with the sixth power of the distance. The
