@@ -70,6 +70,7 @@ Occluders::Occluders(const PatchMesh& mesh, const std::vector<Facet>& facets,
         polygon.offset += piece.normal.dot(c) / static_cast<double>(piece.corners.size());
       }
       polygon.box = box_of(polygon.corners);
+      sort_by_angle(polygon);
       polygons_.push_back(std::move(polygon));
     }
     words_ = (polygons_.size() + 63) / 64;
@@ -94,6 +95,51 @@ Occluders::Occluders(const PatchMesh& mesh, const std::vector<Facet>& facets,
     }
   });
   for (const PatchGroup& group : groups) group_boxes_.push_back(box_of(group.corners));
+}
+
+void Occluders::sort_by_angle(Convex& polygon) {
+  constexpr std::size_t kFewCorners = 16;
+  const std::vector<Vec3>& corners = polygon.corners;
+  if (corners.size() <= kFewCorners) return;
+  for (const Vec3& c : corners) polygon.middle += (c - corners[0]) / static_cast<double>(corners.size());
+  polygon.middle += corners[0];
+  polygon.u = (corners[0] - polygon.middle).normalized();
+  polygon.v = polygon.normal.cross(polygon.u);
+  for (const Vec3& c : corners) {
+    const double angle = std::atan2(polygon.v.dot(c - polygon.middle), polygon.u.dot(c - polygon.middle));
+    polygon.angles.push_back(angle < 0 ? angle + 2 * std::numbers::pi : angle);
+  }
+  polygon.angles[0] = 0;
+  if (!std::is_sorted(polygon.angles.begin(), polygon.angles.end()))
+    polygon.angles.clear();  // as thin as rounding
+}
+
+// Inside the wedge from the middle round the points, the polygon ends at the edges that reach into the wedge.
+Occluders::Edges Occluders::edges_near(const Convex& polygon, std::span<const Vec3> points) {
+  const std::size_t n = polygon.corners.size();
+  const Edges all{0, n};
+  if (polygon.angles.empty()) return all;
+  constexpr double kPi = std::numbers::pi;
+  double reference = 0, low = 0, high = 0;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const Vec3 d = points[k] - polygon.middle;
+    const double angle = std::atan2(polygon.v.dot(d), polygon.u.dot(d));
+    if (k == 0) reference = angle;
+    const double turn = std::remainder(angle - reference, 2 * kPi);
+    low = std::min(low, turn);
+    high = std::max(high, turn);
+  }
+  if (high - low > 0.9 * kPi) return all;
+  const auto edge_at = [&](double angle) {
+    angle = std::remainder(angle, 2 * kPi);
+    if (angle < 0) angle += 2 * kPi;
+    const auto after = std::upper_bound(polygon.angles.begin(), polygon.angles.end(), angle);
+    return static_cast<std::size_t>(after - polygon.angles.begin()) - 1;
+  };
+  const std::size_t first = edge_at(reference + low);
+  const std::size_t count = (edge_at(reference + high) + n - first) % n + 1;
+  // One more on either side, for rounding.
+  return count + 2 < n ? Edges{(first + n - 1) % n, count + 2} : all;
 }
 
 void Occluders::mark(Sides& sides, std::size_t i, std::span<const Vec3> corners, const Vec3& normal,
@@ -163,10 +209,11 @@ bool Occluders::hides(const Convex& polygon, std::span<const Vec3> p, std::span<
       const double hy = polygon.normal.dot(y) - polygon.offset;
       if (hx * hy >= 0) return false;
       const Vec3 cut = x + hx / (hx - hy) * (y - x);
-      for (std::size_t k = 0; k < polygon.corners.size(); ++k) {
+      const auto [first, count] = edges_near(polygon, std::span(&cut, 1));
+      for (std::size_t e = 0, k = first; e < count; ++e) {
         const Vec3& a = polygon.corners[k];
-        const Vec3& b = polygon.corners[k + 1 == polygon.corners.size() ? 0 : k + 1];
-        if (polygon.normal.dot((b - a).cross(cut - a)) < 0) return false;
+        k = k + 1 == polygon.corners.size() ? 0 : k + 1;
+        if (polygon.normal.dot((polygon.corners[k] - a).cross(cut - a)) < 0) return false;
       }
     }
   }
@@ -281,9 +328,19 @@ double Occluders::visible_point_factor(const Vec3& x, const Vec3& n, std::span<c
     const double side = hx > 0 ? 1 : -1;
     shadow.clear();
     shadow.push_back({side * polygon.normal, side * polygon.offset});
-    Vec3 a = polygon.corners.back() - x;
-    for (const Vec3& corner : polygon.corners) {
-      const Vec3 b = corner - x;
+    // Where x sees q through the polygon's plane.
+    scratch.cuts.clear();
+    for (const Vec3& y : q) {
+      const double hy = polygon.normal.dot(y) - polygon.offset;
+      if (side * hy < -slack_) scratch.cuts.push_back(x + hx / (hx - hy) * (y - x));
+    }
+    const std::size_t corners = polygon.corners.size();
+    const auto [first, number] =
+        scratch.cuts.size() == q.size() ? edges_near(polygon, scratch.cuts) : Edges{0, corners};
+    Vec3 a = polygon.corners[first] - x;
+    for (std::size_t e = 0, k = first; e < number; ++e) {
+      k = k + 1 == corners ? 0 : k + 1;
+      const Vec3 b = polygon.corners[k] - x;
       const Vec3 normal = side * a.cross(b);
       const double length = normal.norm();
       if (length > 0) shadow.push_back({normal / length, normal.dot(x) / length});

@@ -36,7 +36,7 @@ class Occluders {
     };
     std::vector<Plane> shaft, shadow;
     std::vector<std::vector<Vec3>> pieces, next;
-    std::vector<Vec3> inside, outside;
+    std::vector<Vec3> inside, outside, cuts;
   };
 
   enum class View { free, hidden, partial, crowded };
@@ -70,7 +70,17 @@ class Occluders {
     double offset;
     Box box;
     std::size_t facet;
+    /// Of polygons with many corners: those by angle about the middle, so that a search finds the edges a point is near to.
+    std::vector<double> angles = {};  ///< relative to the first corner's, ascending
+    Vec3 middle = Vec3::Zero(), u = Vec3::Zero(), v = Vec3::Zero();
   };
+  /// Edges `first`, first + 1, …, modulo the number of corners.
+  struct Edges {
+    std::size_t first, count;
+  };
+  static void sort_by_angle(Convex& polygon);
+  /// The only edges of the polygon that can border on the hull of points in its plane, among others.
+  static Edges edges_near(const Convex& polygon, std::span<const Vec3> points);
   /// Bits of the polygons, words_ for each patch or group.
   struct Sides {
     std::vector<std::uint64_t> front;   ///< the polygon has all of it on its front side

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "planar_mesh.hpp"
 #include "radiosity/meshing/disjoint_sets.hpp"
@@ -88,9 +89,8 @@ void Subdivision::add_polygon(const Surface& surface, const Contacts& contacts, 
       kept.push_back(u.forward ? edges_[at(u.edge)].a : edges_[at(u.edge)].b);
     }
     const auto left = [&](Index v) { return plane.project(points_[at(v)]).x(); };
-    std::vector<std::pair<double, Index>> sorted;
-    for (const Index v : kept) sorted.emplace_back(left(v), v);
-    std::sort(sorted.begin(), sorted.end());
+    std::set<std::pair<double, Index>> sorted;
+    for (const Index v : kept) sorted.emplace(left(v), v);
     std::unordered_map<Index, Index> in_plane;
     const auto stand_in = [&](Index given) {
       Index v = given;
@@ -100,11 +100,11 @@ void Subdivision::add_polygon(const Surface& surface, const Contacts& contacts, 
         v = entry->second;
       }
       const double x = left(v);
-      auto near = std::lower_bound(sorted.begin(), sorted.end(), std::pair(x - contacts.distance, Index{0}));
+      auto near = sorted.lower_bound({x - contacts.distance, 0});
       for (; near != sorted.end() && near->first <= x + contacts.distance; ++near)
         if (near->second == v || (points_[at(near->second)] - points_[at(v)]).norm() <= contacts.distance)
           return near->second;
-      sorted.insert(std::upper_bound(sorted.begin(), sorted.end(), std::pair(x, v)), {x, v});
+      sorted.emplace(x, v);
       return v;
     };
     std::unordered_set<std::uint64_t> present;

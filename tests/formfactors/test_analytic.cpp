@@ -176,5 +176,39 @@ TEST(Analytic, TendsToTheAreaRuleInsideASphere) {
   EXPECT_LT(fine, medium / 2.5);
 }
 
+/// From an element to a disc of radius r in a parallel plane at height h, its axis at distance a [Howell, B-13 of the catalogue]:
+///   F = ½ (1 − (a² + h² − r²) / √((a² + h² + r²)² − 4 r² a²))
+double element_to_disc(double a, double h, double r) {
+  const double sum = a * a + h * h + r * r;
+  return (1 - (sum - 2 * r * r) / std::sqrt(sum * sum - 4 * r * r * a * a)) / 2;
+}
+
+TEST(Analytic, SeesPastARoundScreenOfManyCorners) {
+  // Above a small patch at z = 0 a screen of radius r at z = 1, above that 8 × 8 patches of a square of side 8 at z = 2, whose
+  // middle it hides: from the origin a disc of twice the radius, displaced by twice the way.
+  constexpr int kCorners = 720;
+  for (const double r : {0.2, 0.9})
+    for (const double a : {0.0, 0.1, 0.95}) {
+      constexpr double kSide = 1e-4;
+      MeshBuilder builder;
+      builder.grid({-kSide / 2, -kSide / 2, 0}, kSide * Vec3::UnitX(), kSide * Vec3::UnitY(), 1, 1);
+      std::vector<Vec3> ring;
+      for (int k = 0; k < kCorners; ++k)
+        ring.emplace_back(a + r * std::cos(2 * pi * k / kCorners), -r * std::sin(2 * pi * k / kCorners), 1);
+      builder.polygon(ring);
+      builder.grid({-4, -4, 2}, 8 * Vec3::UnitY(), 8 * Vec3::UnitX(), 8, 8);
+      const PatchMesh mesh = builder.build();
+      const Eigen::MatrixXd f = MethodSetup(mesh, find_form_factor_method("analytic")).raw().f;
+      const double to_square = 4 * [] {  // from the corner of a square of side 4 at 2 m
+        const double c = 4 / std::sqrt(4 * 4 + 2 * 2);
+        return c * std::atan(c) / pi;
+      }();
+      const double to_screen = element_to_disc(a, 1, r);
+      EXPECT_NEAR(f(0, 1), to_screen, 1e-4 * to_screen);
+      EXPECT_NEAR(f.row(0).tail(64).sum(), to_square - to_screen, 1e-4 * to_square)
+          << "r " << r << ", a " << a;
+    }
+}
+
 }  // namespace
 }  // namespace radiosity::test

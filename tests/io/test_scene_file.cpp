@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
 #include "files.hpp"
 #include "radiosity/io/read_scene.hpp"
 #include "radiosity/meshing/make_patches.hpp"
@@ -148,6 +150,64 @@ TEST_F(SceneFileTest, SpreadsPowerOverTheAreaOfTheMaterial) {
   EXPECT_TRUE(make_patches(front.scene).mesh.materials()[0].emission.isApprox(rgb(1e4, 2e4, 3e4), 1e-12));
   const LoadedScene both = read("[materials.floor]\npower = 8\nsides = \"both\"\n");
   EXPECT_TRUE(make_patches(both.scene).mesh.materials()[0].emission.isApprox(rgb(2, 2, 2), 1e-12));
+}
+
+/// A room of 4 m × 2.5 m × 3 m with a lamp of 1 m² under its ceiling (y up) that emits 100 W downwards; the lamp's faces as given.
+PatchMesh room_with_lamp(const TemporaryDirectory& directory, const std::string& faces,
+                         double corner_y = 2.4) {
+  directory.write(
+      "lamp.obj",
+      fmt::format("v 0 0 0\nv 4 0 0\nv 4 0 3\nv 0 0 3\nv 0 2.5 0\nv 4 2.5 0\nv 4 2.5 3\nv 0 2.5 3\n"
+                  "v 1.5 2.4 1\nv 2.5 {0} 1\nv 2.5 2.4 2\nv 1.5 {0} 2\n"
+                  "usemtl room\nf 1 4 3 2\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\nf 5 6 7 8\n"
+                  "usemtl lamp\n{1}",
+                  corner_y, faces));
+  const auto file = directory.write("lamp.toml",
+                                    "mesh = \"lamp.obj\"\n[materials.room]\nreflectance = 0.5\n"
+                                    "[materials.lamp]\nreflectance = 0.5\npower = 100\n");
+  return make_patches(read_scene(file).scene, PatchSize{0.5}).mesh;
+}
+
+double watts(const PatchMesh& mesh) {
+  return (mesh.emission().col(0) * mesh.areas()).sum();
+}
+
+TEST(LampPower, IsThatOfOneFaceHoweverOftenItIsGiven) {
+  const TemporaryDirectory directory;
+  const PatchMesh once = room_with_lamp(directory, "f 9 10 11 12\n");
+  EXPECT_NEAR(watts(once), 100, 1e-10);
+  for (const char* faces : {"f 9 10 11 12\nf 9 10 11 12\n", "f 9 10 11 12 9 10 11 12\n",
+                            "f 9 10 11 12\nf 11 12 9 10\nf 12 9 10 11\n",
+                            "f 9 10 11 12\nf 9 10 11\nf 9 11 12\n", "f 9 10 11\nf 9 11 12\nf 9 10 11 12\n"}) {
+    // The same patches with the same emission, so the same light.
+    const PatchMesh mesh = room_with_lamp(directory, faces);
+    EXPECT_EQ(mesh.vertices(), once.vertices()) << faces;
+    EXPECT_TRUE((mesh.emission() == once.emission()).all()) << faces;
+    for (Index i = 0; i < mesh.patch_count(); ++i) {
+      EXPECT_EQ(mesh.normal(i), once.normal(i));
+    }
+  }
+}
+
+TEST(LampPower, IsThatOfBothFacesOfASheet) {
+  const TemporaryDirectory directory;
+  const PatchMesh mesh = room_with_lamp(directory, "f 9 10 11 12\nf 12 11 10 9\n");
+  EXPECT_NEAR(watts(mesh), 100, 1e-10);
+  double up = 0;
+  for (Index i = 0; i < mesh.patch_count(); ++i)
+    if (mesh.material_of(i).name == "lamp" && mesh.normal(i).y() > 0)
+      up += mesh.area(i) * mesh.emission()(i, 0);
+  EXPECT_NEAR(up, 50, 1e-10);
+}
+
+TEST(LampPower, IsThatOfTheTrianglesOfATwistedFace) {
+  const TemporaryDirectory directory;
+  const PatchMesh mesh = room_with_lamp(directory, "f 9 10 11 12\n", 2.0);
+  EXPECT_NEAR(watts(mesh), 100, 1e-10);
+  for (Index i = 0; i < mesh.patch_count(); ++i) {
+    if (mesh.material_of(i).name != "lamp") continue;
+    EXPECT_LT(mesh.normal(i).y(), 0);
+  }
 }
 
 TEST_F(SceneFileTest, ASingleNumberHoldsForAllBands) {
