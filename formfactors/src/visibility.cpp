@@ -49,6 +49,28 @@ bool is_convex(const std::vector<Facet>& facets, double diagonal) {
   return true;
 }
 
+// Triangles of a convex polygon of n corners. Those of a fan of many corners are long and thin, and their boxes overlap: every ray
+// would look at all of them. Halving the ring makes boxes as small as the triangles' places on it.
+std::vector<std::array<std::size_t, 3>> triangles_of_convex(std::size_t n) {
+  constexpr std::size_t kFan = 8;
+  std::vector<std::array<std::size_t, 3>> triangles;
+  if (n <= kFan) {
+    for (std::size_t k = 1; k + 1 < n; ++k) triangles.push_back({0, k, k + 1});
+    return triangles;
+  }
+  std::vector<std::array<std::size_t, 2>> arcs{{0, n - 1}};
+  while (!arcs.empty()) {
+    const auto [first, last] = arcs.back();
+    arcs.pop_back();
+    if (last - first < 2) continue;
+    const std::size_t middle = (first + last) / 2;
+    triangles.push_back({first, middle, last});
+    arcs.push_back({first, middle});
+    arcs.push_back({middle, last});
+  }
+  return triangles;
+}
+
 // Whether the polygons enclose more room than matter: Σ x·n A / 3 is the volume of matter where they are closed.
 bool inside_a_room(const std::vector<Facet>& facets, const Vec3& centre) {
   double volume = 0;
@@ -203,8 +225,8 @@ Visibility::Visibility(const PatchMesh& mesh)
   for (std::size_t f = 0; f < facets_.size(); ++f) {
     const PatchLocator& locator = impl_->locators.emplace_back(mesh, facets_[f]);
     for (const Facet::Piece& piece : facets_[f].pieces) {
-      for (std::size_t k = 1; k + 1 < piece.corners.size(); ++k) {
-        const std::array<Vec3, 3> x{piece.corners[0], piece.corners[k], piece.corners[k + 1]};
+      for (const auto& [a, b, d] : triangles_of_convex(piece.corners.size())) {
+        const std::array<Vec3, 3> x{piece.corners[a], piece.corners[b], piece.corners[d]};
         Impl::Triangle& t = impl_->triangles.emplace_back();
         for (std::size_t c = 0; c < 3; ++c) {
           const Eigen::Vector3f p = scaled(x[c]).cast<float>();
