@@ -8,6 +8,8 @@
 #include <cmath>
 #include <limits>
 
+#include "radiosity/meshing/tolerances.hpp"
+
 namespace radiosity {
 namespace {
 
@@ -147,7 +149,7 @@ class Finder {
       for (std::size_t e = 0; e < own.size() && !shared; ++e)
         shared = edge_key(own[e], own[(e + 1) % own.size()]) == edge_key(edge[0], edge[1]);
       if (shared) continue;
-      clip(i, {point(edge[0]), {edge[0], kNoEdge}}, {point(edge[1]), {edge[1], kNoEdge}}, edge,
+      clip(i, j, {point(edge[0]), {edge[0], kNoEdge}}, {point(edge[1]), {edge[1], kNoEdge}}, edge,
            [&](Index a, Index b) {
              found = true;
              contacts_.lines.push_back({i, a, b, edge});
@@ -206,11 +208,17 @@ class Finder {
       if ((to.x - from.x).norm() <= distance_ || nearest_edge(ring, middle) != kNone ||
           !polygon::contains(ring, middle))
         continue;
-      clip(i, from, to, kNoEdge, [&](Index a, Index b) {
+      clip(i, j, from, to, kNoEdge, [&](Index a, Index b) {
         contacts_.lines.push_back({i, a, b, {a, b}});
         contacts_.lines.push_back({j, a, b, {a, b}});
       });
     }
+  }
+
+  /// Vertex radiosities are interpolated from one to the other.
+  bool smooth(Index i, Index j) const {
+    return surface_.material[at(i)] == surface_.material[at(j)] &&
+           planes_[at(i)].n.dot(planes_[at(j)].n) >= tolerance::kSmoothCosine;
   }
 
   /// Number of an edge within the contact distance of p, or kNone.
@@ -222,9 +230,10 @@ class Finder {
   }
 
   /// Calls use(a, b) with the end points of each part of the line from → to that runs through the interior
-  /// of i. The line belongs to another polygon; `edge` is its edge that the line runs along, if any.
+  /// of i. The line belongs to the other polygon; `edge` is its edge that the line runs along, if any. Parts along an edge of i
+  /// give both edges each other's ends where the surface is smooth, and make that edge a crease elsewhere.
   template <class Use>
-  void clip(Index i, const End& from, const End& to, Edge edge, const Use& use) {
+  void clip(Index i, Index other, const End& from, const End& to, Edge edge, const Use& use) {
     struct Stop {
       double s;
       Place on;     ///< i
@@ -277,15 +286,20 @@ class Finder {
       if (along == kNone && !polygon::contains(ring, middle)) continue;
       const double part = merged[k + 1].s - merged[k].s;
       if (edge != kNoEdge) contacts_.covered[edge_key(edge[0], edge[1])] += part;
-      const Index a = resolved(merged[k]), b = resolved(merged[k + 1]);
       if (along != kNone) {
-        // Both edges have the ends of the common part by now.
         const std::uint64_t key = edge_key(loop[at(along)], loop[at(along + 1) % loop.size()]);
-        contacts_.partly_shared.insert(key);
         contacts_.covered[key] += part;
-      } else if (a != b) {
-        use(a, b);
+        if (smooth(i, other)) {
+          contacts_.partly_shared.insert(key);
+          resolved(merged[k]);
+          resolved(merged[k + 1]);
+        } else {
+          contacts_.creases.insert(key);
+        }
+        continue;
       }
+      const Index a = resolved(merged[k]), b = resolved(merged[k + 1]);
+      if (a != b) use(a, b);
     }
   }
 

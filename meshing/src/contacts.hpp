@@ -21,7 +21,10 @@ struct Contacts {
   /// Points that must be kept on the edge or line with this key (edge_key of its ends).
   std::unordered_map<std::uint64_t, std::vector<Index>> splits;
 
-  /// Edges of polygons along which an edge of another polygon runs that has other ends.
+  /// Edges of polygons along which another polygon's edge runs: no smooth surface crosses them.
+  std::unordered_set<std::uint64_t> creases;
+
+  /// Edges along which the edge of a smooth neighbour runs that has other ends.
   std::unordered_set<std::uint64_t> partly_shared;
 
   /// Length of the edge that lies on other polygons.

@@ -74,9 +74,10 @@ void Subdivision::add_polygon(const Surface& surface, const Contacts& contacts, 
       tolerance::kCoplanar / tolerance::kContact * contacts.distance + polygon::rounding(points_, loop);
   for (std::size_t k = 0; k < loop.size(); ++k) {
     const Index a = loop[k], b = loop[(k + 1) % loop.size()];
+    const bool crease = contacts.creases.contains(edge_key(a, b));
     std::vector<Index> way = contacts.chain(points_, a, b);
     for (std::size_t s = 1; s + 1 < way.size(); ++s) way[s] = on_edge(way[s], a, b, slack);
-    for (std::size_t s = 0; s + 1 < way.size(); ++s) uses_.push_back(use(way[s], way[s + 1], false));
+    for (std::size_t s = 0; s + 1 < way.size(); ++s) uses_.push_back(use(way[s], way[s + 1], crease));
   }
   polygon.boundary = uses_.size() - polygon.first;
 

@@ -162,9 +162,9 @@ TEST(Contacts, TouchingOnlyAtAnEdgeOrACornerCutsNothing) {
 TEST(Contacts, AWallOnTheSeamOfTwoTilesIsACrease) {
   const Shape tiles = Shape().face(rectangle(0, 0, 1, 2)).face(rectangle(1, 0, 2, 2));
   EXPECT_EQ(make_patches(tiles.scene(), PatchSize{10}).mesh.vertex_count(), 6);
-  // Longer by 0.5 at each end than the seam, whose ends become points of its foot.
+  // Longer by 0.5 at each end than the seam, so that no edge is shared.
   const Shape wall = Shape(tiles).face({{1, -0.5, 0}, {1, 2.5, 0}, {1, 2.5, 1}, {1, -0.5, 1}});
-  EXPECT_EQ(make_patches(wall.scene(), PatchSize{10}).mesh.vertex_count(), 8 + 6);
+  EXPECT_EQ(make_patches(wall.scene(), PatchSize{10}).mesh.vertex_count(), 8 + 4);
 }
 
 TEST(Contacts, FourLegsOnATriangulatedFloor) {
@@ -252,22 +252,13 @@ TEST(Contacts, RoundedVerticesOfOthersLeaveAFaceItsOutlineAndItsPlane) {
   }
 }
 
-TEST(Contacts, AWallOnPartOfASeamIsACreaseThere) {
-  const Shape shape = Shape()
-                          .face(rectangle(0, 0, 1, 3))
-                          .face(rectangle(1, 0, 2, 3))
-                          .face({{1, 1, 0}, {1, 2, 0}, {1, 2, 1}, {1, 1, 1}});
-  // The tiles share the seam's ends, and the wall's ends from outside; where it stands all three have their own.
-  const PatchMesh mesh = make_patches(shape.scene(), PatchSize{10}).mesh;
-  EXPECT_EQ(t_vertices(mesh), 0);
-  int at_ends = 0, at_wall = 0;
-  for (Index v = 0; v < mesh.vertex_count(); ++v) {
-    const Vec3& x = mesh.vertex(v);
-    if (x.x() != 1 || x.z() != 0) continue;
-    (x.y() == 0 || x.y() == 3 ? at_ends : at_wall) += 1;
-  }
-  EXPECT_EQ(at_ends, 2);
-  EXPECT_GE(at_wall, 2 + 2);
+TEST(Contacts, AVertexInTheMiddleOfASharpEdgeLeavesTheGridOfTheOtherFace) {
+  // Nothing is interpolated over the edge, and the points would make triangles of the floor's quads.
+  const Shape shape =
+      Shape().face(rectangle(0, 0, 2, 1)).face({{0, 0, 0}, {0.7, 0, 0}, {0.7, 0, 1}, {0, 0, 1}});
+  const Patches patches = make_patches(shape.scene(), PatchSize{0.5});
+  EXPECT_EQ(patches.repairs.split_edges, 0);
+  for (Index p = 0; p < patches.mesh.patch_count(); ++p) EXPECT_EQ(patches.mesh.corners(p).size(), 4U);
 }
 
 TEST(Contacts, SplitPointsOnOneAnothersEdgesMakeNoCycle) {
