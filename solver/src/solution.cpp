@@ -1,6 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "radiosity/solver/solution.hpp"
 
+#include <fmt/format.h>
+
+#include <limits>
+
+#include "radiosity/meshing/error.hpp"
+
 namespace radiosity {
 
 EnergyBalance energy_balance(const RadiositySystem& system, const BandArray& radiosity,
@@ -14,6 +20,12 @@ EnergyBalance energy_balance(const RadiositySystem& system, const BandArray& rad
   energy.emitted_w = power(system.emission());
   energy.absorbed_w = power(system.absorptance() * irradiance);
   energy.escaped_w = power(radiosity.colwise() * escaped);
+  for (const BandValues* power_w : {&energy.emitted_w, &energy.absorbed_w, &energy.escaped_w})
+    if (!power_w->isFinite().all())
+      throw InputError(
+          fmt::format("the power exceeds what a double holds, {:.2g} W: scale the emission, all light is "
+                      "proportional to it",
+                      std::numeric_limits<double>::max()));
   energy.imbalance =
       (energy.emitted_w > 0)
           .select((energy.emitted_w - energy.absorbed_w - energy.escaped_w) / energy.emitted_w, 0.0);

@@ -120,6 +120,15 @@ TEST(EnergyBalance, ShowsWhatIsMissing) {
   EXPECT_DOUBLE_EQ(energy_balance(system, none, none).imbalance[0], 1);
 }
 
+TEST(EnergyBalance, RefusesPowersThatNoDoubleHolds) {
+  // 1e308 W/m² from 2 m² are 2e308 W; the largest double is 1.8e308.
+  const FormFactorMatrix f = facing_pair();
+  const RadiositySystem system(f, kAreas, column(0, 0), column(0, 1e308));
+  const BandArray b = system.emission();
+  EXPECT_THAT(message_of([&] { energy_balance(system, b, system.irradiance(b)); }),
+              HasSubstr("the power exceeds what a double holds"));
+}
+
 TEST(EnergyBalance, IsZeroWhereNothingIsEmitted) {
   const FormFactorMatrix f = facing_pair();
   const RadiositySystem system(f, kAreas, column(0.5, 0.25), column(0, 0));
