@@ -15,6 +15,7 @@ int run_factors(const Options& options) {
   const SceneSettings settings = override_settings(loaded.settings, options.flags);
   const Patches patches = patch_stage(job, loaded.scene, settings);
   const Visibility visibility(patches.mesh);
+  sides_stage(job, visibility);
   const ChosenMethod chosen = method_stage(job, visibility, settings);
   const FormFactorMatrix matrix = form_factor_stage(job, *chosen.method, visibility);
 

@@ -23,6 +23,10 @@ std::string band_text(const BandValues& values) {
   return fmt::format("{}", fmt::join(texts, " "));
 }
 
+std::string sides_text(Sides sides) {
+  return sides == Sides::front ? "front" : sides == Sides::both ? "both" : "auto";
+}
+
 void print_materials(const Console& console, const Scene& scene) {
   std::vector<Index> faces(scene.materials().size());
   for (Index f = 0; f < scene.face_count(); ++f) ++faces[static_cast<std::size_t>(scene.material(f))];
@@ -33,7 +37,7 @@ void print_materials(const Console& console, const Scene& scene) {
     const Material& material = scene.materials()[static_cast<std::size_t>(m)];
     rows.push_back({material.name, fmt::format("{}", faces[static_cast<std::size_t>(m)]),
                     fmt::format("{:.4g}", scene.material_area(m)),
-                    material.sides == Sides::both ? "both" : "front", band_text(material.reflectance),
+                    sides_text(material.sides), band_text(material.reflectance),
                     band_text(material.emission) + (material.emits_power ? " W" : " W/m²")});
   }
   std::vector<std::size_t> widths(rows.front().size());
@@ -61,6 +65,7 @@ int run_inspect(const Options& options) {
   const Patches patches = patch_stage(job, loaded.scene, settings);
   const Index n = patches.mesh.patch_count();
   const Visibility visibility(patches.mesh);
+  sides_stage(job, visibility);
   job.console.line("occlusion", "{}",
                    visibility.convex() ? "none: no patch can stand between two others"
                                        : "some patches may stand between others");

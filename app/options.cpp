@@ -69,7 +69,7 @@ std::string field_of_view(const std::string& text) {
 Check one_of(std::string kind, std::vector<std::string> names) {
   return [kind = std::move(kind), names = std::move(names)](const std::string& text) -> std::string {
     if (std::find(names.begin(), names.end(), text) != names.end()) return "";
-    return fmt::format("unknown {} '{}'; did you mean '{}'? Known: {}", kind, text, nearest(text, names),
+    return fmt::format("unknown {} '{}'{} Known: {}", kind, text, did_you_mean(text, names),
                        fmt::join(names, ", "));
   };
 }
@@ -498,8 +498,8 @@ class Parser {
       // What follows an unknown command was meant for it.
       const auto name = std::find_if_not(unknown.begin(), unknown.end(), is_option);
       if (name != unknown.end())
-        throw UsageError(fmt::format("unknown command '{}'; did you mean '{}'? Known: {}", *name,
-                                     nearest(*name, commands()), fmt::join(commands(), ", ")));
+        throw UsageError(fmt::format("unknown command '{}'{} Known: {}", *name,
+                                     did_you_mean(*name, commands()), fmt::join(commands(), ", ")));
     }
     const auto option = std::find_if(unknown.begin(), unknown.end(), is_option);
     if (option != unknown.end()) {
@@ -507,9 +507,8 @@ class Parser {
       for (const CLI::Option* candidate : command.get_options())
         for (const std::string& name : candidate->get_lnames()) known.push_back("--" + name);
       const std::string name = option->substr(0, option->find('='));
-      throw UsageError(
-          fmt::format("unknown option '{}'; did you mean '{}'? (radiosity{} --help lists them all)", name,
-                      nearest(name, known), given.empty() ? "" : " " + command.get_name()));
+      throw UsageError(fmt::format("unknown option '{}'{} (radiosity{} --help lists them all)", name,
+                                   did_you_mean(name, known), given.empty() ? "" : " " + command.get_name()));
     }
     if (unknown.empty()) return;
     throw UsageError(
@@ -566,13 +565,12 @@ std::string shell_quoted(const std::string& argument) {
   return quoted + "'";
 }
 
-std::string_view nearest(std::string_view word, std::span<const std::string> candidates) {
-  const auto distance = [&](const std::string& candidate) {
-    return candidate.starts_with(word) ? 0 : edit_distance(word, candidate);
-  };
-  return *std::min_element(
-      candidates.begin(), candidates.end(),
-      [&](const std::string& a, const std::string& b) { return distance(a) < distance(b); });
+std::string did_you_mean(const std::string& word, const std::vector<std::string>& known) {
+  const auto longer = std::find_if(known.begin(), known.end(), [&](const std::string& candidate) {
+    return !word.empty() && candidate.starts_with(word);
+  });
+  const std::optional<std::string> meant = longer != known.end() ? *longer : nearest_name(word, known);
+  return meant ? fmt::format("; did you mean '{}'?", *meant) : ".";
 }
 
 std::optional<Options> parse_command_line(int argc, char** argv) {

@@ -51,9 +51,8 @@ std::optional<Options> parse_command_line(int argc, char** argv);
 /// An argument as it would be typed in a shell: between quotes where it needs them.
 std::string shell_quoted(const std::string& argument);
 
-/// The candidate that begins with `word`, or else that with the smallest edit distance (insertions, deletions,
-/// substitutions) to it; the first of equals.
-std::string_view nearest(std::string_view word, std::span<const std::string> candidates);
+/// "; did you mean 'solve'?" of the first known word that begins with `word`, or else the nearest; "." where none is near.
+std::string did_you_mean(const std::string& word, const std::vector<std::string>& known);
 
 /// The scene file's settings, with those flags in their place that were given.
 SceneSettings override_settings(const SceneSettings& scene, const SceneSettings& flags);

@@ -10,6 +10,7 @@
 #include <system_error>
 #include <utility>
 
+#include "radiosity/formfactors/sides.hpp"
 #include "radiosity/formfactors/visibility.hpp"
 #include "radiosity/io/output.hpp"
 #include "radiosity/meshing/error.hpp"
@@ -48,8 +49,19 @@ std::string repairs_text(const Repairs& r) {
 
 std::string patch_rule(const PatchOptions& options, double size) {
   if (std::holds_alternative<KeepFaces>(options)) return "the faces as they are";
+  if (size == 0) return "no face divided for its size";
   return fmt::format("no edge longer than {:.4g} m{}", size,
                      std::holds_alternative<AutoPatches>(options) ? " (auto)" : "");
+}
+
+void tell_sides(Job& job, const DecidedSides& sides) {
+  job.report.scene->auto_sides = {sides.sheets, sides.faces, sides.area, sides.unseen_sheets, sides.solids};
+  job.console.line("sides", "auto: {} seen from behind, with backs of their own ({}, {:.4g} m²)",
+                   numbered(sides.sheets, "open sheet", "open sheets"),
+                   numbered(sides.faces, "face", "faces"), sides.area);
+  job.console.line("", "one-sided stay {} that nothing sees from behind and {}",
+                   numbered(sides.unseen_sheets, "open sheet", "open sheets"),
+                   numbered(sides.solids, "closed surface", "closed surfaces"));
 }
 
 // Beyond this a program is not told but killed.
@@ -112,6 +124,14 @@ AssemblyOptions assembly_options(const Options& options) {
 LoadedScene read_stage(Job& job, const std::filesystem::path& file, MissingMaterials missing) {
   job.stage.lap();
   LoadedScene loaded = read_scene(file, missing);
+  const bool automatic_sides =
+      std::any_of(loaded.scene.materials().begin(), loaded.scene.materials().end(),
+                  [](const Material& material) { return material.sides == Sides::automatic; });
+  std::optional<DecidedSides> sides;
+  if (automatic_sides) {
+    sides = decide_sides(loaded.scene);
+    loaded.scene = sides->scene;
+  }
   const Scene& scene = loaded.scene;
   job.report.seconds.read = job.stage.lap();
 
@@ -131,6 +151,7 @@ LoadedScene read_stage(Job& job, const std::filesystem::path& file, MissingMater
                    numbered(scene.vertex_count(), "vertex", "vertices"),
                    numbered(static_cast<Index>(scene.materials().size()), "material", "materials"),
                    numbered(scene.bands(), "band", "bands"), size.x(), size.y(), size.z());
+  if (sides) tell_sides(job, *sides);
   warn(job, loaded.warnings);
   return loaded;
 }
@@ -155,6 +176,12 @@ void tell_patches(Job& job, const Patches& patches, const PatchOptions& options)
   warn(job, patches.warnings);
   job.console.line("patches", "{}, {}; {:.6g} m²", facts.patches, patch_rule(options, patches.patch_size),
                    facts.area_m2);
+}
+
+void sides_stage(Job& job, const Visibility& visibility) {
+  const SeenSides seen = seen_sides(visibility);
+  job.look_outwards = seen.look_outwards;
+  warn(job, side_warnings(seen, visibility.mesh()));
 }
 
 MethodChoice choose_method(const Visibility& visibility, std::string_view where_few) {
@@ -254,8 +281,13 @@ FormFactorMatrix form_factor_stage(Job& job, const FormFactorMethod& method, con
   };
   error_line("closure", assembly.before.closure_error_max, assembly.after.closure_error_max);
   error_line("reciprocity", assembly.before.reciprocity_error_max, assembly.after.reciprocity_error_max);
-  job.console.line("", "{:.3g} % of what leaves the patches reaches no patch, on average",
-                   std::max(0.0, std::round(1e5 * assembly.escaped_mean) / 1e3));
+  if (const double percent = std::round(1e5 * assembly.escaped_mean) / 1e3; percent > 0)
+    job.console.line("", "{:.3g} % of what leaves the patches that see any reaches no patch, on average",
+                     percent);
+  if (assembly.blind_patches > 0 && !job.look_outwards)
+    warn(job,
+         {fmt::format("{} of {} see no other patch: they keep their own emission", assembly.blind_patches,
+                      numbered(visibility.mesh().patch_count(), "patch", "patches"))});
   warn(job, assembly.warnings);
   return matrix;
 }
@@ -308,6 +340,7 @@ Solved solve_stage(Job& job, const Scene& scene, const SceneSettings& settings, 
   if (!setups.empty())
     job.console.line("set-ups", "{} beside the scene as it is; all share the form factors", setups.size());
   const Visibility visibility(patches.mesh);
+  sides_stage(job, visibility);
   const ChosenMethod chosen = method_stage(job, visibility, settings);
   for (const std::string& reason : modelled.left_out) job.console.line("left out", "{}", reason);
 

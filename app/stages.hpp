@@ -30,6 +30,7 @@ struct Job {
   Report report;
   Stopwatch total, stage;
   std::string_view where_few = "analytic";  ///< what --method auto takes where patches are few
+  bool look_outwards = false;               ///< fronts do: sides_stage has said so
 };
 
 /// Refuses an output that could not be written, before any work is done for it.
@@ -44,6 +45,9 @@ LoadedScene read_stage(Job& job, const std::filesystem::path& file,
 Patches patch_stage(Job& job, const Scene& scene, const SceneSettings& settings);
 /// What patch_stage says of patches, for those that were made elsewhere.
 void tell_patches(Job& job, const Patches& patches, const PatchOptions& options);
+
+/// Warns where fronts look outwards, or light meets backs.
+void sides_stage(Job& job, const Visibility& visibility);
 
 /// The rule behind --method auto: pairs where they are closed forms, `where_few` where patches are few, otherwise rays.
 struct MethodChoice {

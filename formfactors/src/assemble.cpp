@@ -596,10 +596,6 @@ FormFactorMatrix assemble(const FormFactorMethod& method, const Visibility& visi
                     "each other do not agree on what they exchange",
                     facts.after.closure_error_max));
   }
-  if (facts.completed && facts.blind_patches > 0) {
-    facts.warnings.push_back(fmt::format("{} of {} patches see no other patch; they keep their own emission",
-                                         facts.blind_patches, n));
-  }
   if (report != nullptr) *report = std::move(facts);
   return FormFactorMatrix(std::move(packed));
 }

@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <functional>
 #include <map>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -44,6 +43,10 @@ bool assimp_reads(const std::string& extension);
 MeshFile read_isolated(const std::filesystem::path& file, const std::string& library,
                        const std::function<MeshFile()>& read);
 
+/// Materials with the same name and the same values become one; where only the name is the same, all but the first are numbered,
+/// NAME_1, NAME_2, …, with a warning.
+void settle_names(MeshFile& mesh);
+
 /// Chooses the reader by the extension. Coordinates are as in the file.
 MeshFile read_mesh(const std::filesystem::path& file);
 
@@ -64,16 +67,6 @@ class MaterialNumbers {
 
  private:
   std::map<std::string, Index> numbers_;
-};
-
-/// Gives each material of a file a name of its own.
-class MaterialNames {
- public:
-  /// `wanted`, or `wanted_1`, `wanted_2`, … with a warning.
-  std::string unique(const std::string& wanted, std::vector<std::string>& warnings);
-
- private:
-  std::set<std::string> names_;
 };
 
 }  // namespace radiosity

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "radiosity/io/nearest_name.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <numeric>
 
@@ -21,10 +23,25 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
-std::string nearest_name(std::string_view name, const std::vector<std::string>& known) {
-  return *std::min_element(known.begin(), known.end(), [&](const std::string& a, const std::string& b) {
-    return edit_distance(name, a) < edit_distance(name, b);
-  });
+std::optional<std::string> nearest_name(std::string_view name, const std::vector<std::string>& known) {
+  const auto nearest =
+      std::min_element(known.begin(), known.end(), [&](const std::string& a, const std::string& b) {
+        return edit_distance(name, a) < edit_distance(name, b);
+      });
+  if (nearest == known.end()) return {};
+  const std::size_t near = (std::max(name.size(), nearest->size()) + 2) / 3;
+  if (edit_distance(name, *nearest) > near) return {};
+  return *nearest;
+}
+
+std::string name_some(const std::vector<std::string>& names) {
+  constexpr std::size_t kNamed = 3;
+  const std::size_t named = names.size() <= kNamed + 1 ? names.size() : kNamed;  // "and 1 more" is no shorter
+  std::string text;
+  for (std::size_t k = 0; k < named; ++k)
+    text += fmt::format("{}'{}'", k == 0 ? "" : k + 1 == names.size() ? " and " : ", ", names[k]);
+  if (names.size() > named) text += fmt::format(" and {} more", names.size() - named);
+  return text;
 }
 
 }  // namespace radiosity

@@ -99,7 +99,6 @@ class AssimpReader {
           0)
         mesh_.warnings.push_back(fmt::format("material '{}': its texture is ignored", target.name));
     }
-    target.name = names_.unique(target.name, mesh_.warnings);
     mesh_.materials.push_back(std::move(target));
     return result;
   }
@@ -107,7 +106,6 @@ class AssimpReader {
   const aiScene& scene_;
   MeshFile mesh_;
   std::map<unsigned, Index> numbers_;
-  MaterialNames names_;
   std::size_t skipped_ = 0;
 };
 

@@ -332,7 +332,6 @@ class GltfReader {
       result.name = kDefaultMaterial;
       mesh_.warnings.push_back(fmt::format("faces without a material get '{}'", kDefaultMaterial));
     }
-    result.name = names_.unique(result.name, mesh_.warnings);
     mesh_.materials.push_back(std::move(result));
     return entry->second;
   }
@@ -396,7 +395,6 @@ class GltfReader {
   std::vector<Transform> to_world_;
   std::vector<bool> placed_;
   std::map<std::size_t, Index> numbers_;
-  MaterialNames names_;
   std::map<std::size_t, std::optional<BandValues>> means_;
   std::set<std::string> unread_images_;
   std::vector<std::string> transparent_;

@@ -33,14 +33,6 @@ void require_readable(const fs::path& file) {
                               error ? error.message() : std::generic_category().message(errno)));
 }
 
-std::string MaterialNames::unique(const std::string& wanted, std::vector<std::string>& warnings) {
-  std::string name = wanted;
-  for (int k = 1; !names_.insert(name).second; ++k) name = fmt::format("{}_{}", wanted, k);
-  if (name != wanted)
-    warnings.push_back(fmt::format("two materials are called '{}': one is now '{}'", wanted, name));
-  return name;
-}
-
 namespace {
 
 /// How many corners a loop has before it repeats itself to its end; all of them, if it does not.
@@ -98,6 +90,7 @@ MeshFile read_mesh(const fs::path& file) {
   if (mesh.geometry.face_material.empty())
     throw InputError(fmt::format("{}: the mesh has no faces", file.string()));
   unwind_loops(mesh);
+  settle_names(mesh);
   return mesh;
 }
 

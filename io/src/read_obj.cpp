@@ -9,6 +9,7 @@
 #include <set>
 
 #include "mesh_file.hpp"
+#include "radiosity/io/nearest_name.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "text.hpp"
 #include "texture_mean.hpp"
@@ -303,11 +304,17 @@ void ObjReader::warn() {
   if (not_understood_ > 0)
     warnings.push_back(fmt::format("{} statements are not understood and left out; the first is {}",
                                    not_understood_, not_understood_first_));
+  std::vector<std::string> unused;
   for (const auto& name : finish_order_) {
     bool added = false;
     numbers_.number(name, added);
-    if (added) warnings.push_back(fmt::format("material '{}' is defined, but no face uses it", name));
+    if (added) unused.push_back(name);
   }
+  if (unused.size() == 1)
+    warnings.push_back(fmt::format("material '{}' is defined, but no face uses it", unused[0]));
+  else if (!unused.empty())
+    warnings.push_back(
+        fmt::format("{} materials are defined, but no face uses them: {}", unused.size(), name_some(unused)));
 }
 
 MeshFile ObjReader::read() {

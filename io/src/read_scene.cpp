@@ -5,8 +5,12 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
+#include <limits>
+#include <map>
 
 #include "mesh_file.hpp"
+#include "name_patterns.hpp"
 #include "radiosity/io/nearest_name.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "scene_file.hpp"
@@ -35,43 +39,78 @@ class BandCount {
   std::string first_;
 };
 
+/// "the nearest name there is 'wall'", or some of the names that there are.
+std::string names_there(const std::string& wrong, const std::vector<std::string>& names) {
+  const auto nearest = nearest_name(wrong, names);
+  return nearest ? fmt::format("the nearest name there is '{}'", *nearest)
+                 : fmt::format("names there are {}", name_some(names));
+}
+
 class SceneBuilder {
  public:
   SceneBuilder(fs::path file, SceneFile scene_file, MeshFile mesh, MissingMaterials missing)
       : file_(std::move(file)), settings_(std::move(scene_file)), mesh_(std::move(mesh)), missing_(missing) {}
 
   Scene build() {
-    check_names();
+    assign_settings();
     count_bands();
     for (Vec3& x : mesh_.geometry.vertices) x *= settings_.metres_per_unit;
+    if (settings_.flip) flip();
     for (const MeshMaterial& material : mesh_.materials) mesh_.geometry.materials.push_back(finish(material));
-    Scene scene = make_scene();
-    require_lamps_with_area(scene);
-    return scene;
+    return share_power(make_scene());
   }
 
  private:
   const MaterialSetting* setting(const std::string& name) const {
-    const auto found = settings_.materials.find(name);
-    return found == settings_.materials.end() ? nullptr : &found->second;
+    const auto found = served_.find(name);
+    return found == served_.end() ? nullptr : found->second;
   }
 
-  void check_names() const {
-    std::vector<std::string> names;
+  /// Which table of the scene file serves which material of the mesh.
+  void assign_settings() {
+    std::vector<std::string> names, keys;
     for (const auto& material : mesh_.materials) names.push_back(material.name);
-    for (const auto& [name, values] : settings_.materials)
-      if (std::find(names.begin(), names.end(), name) == names.end())
+    for (const auto& [key, values] : settings_.materials) {
+      keys.push_back(key);
+      const bool fits = std::any_of(names.begin(), names.end(), [&, &pattern = key](const std::string& name) {
+        return name == pattern || matches_pattern(pattern, name);
+      });
+      if (!fits && !(settings_.default_for_undefined && key == kDefaultMaterial))
+        throw InputError(fmt::format("{}:{}: no face of {} has the material '{}'; {}", file_.string(),
+                                     values.line, settings_.mesh.string(), key, names_there(key, names)));
+    }
+    for (const auto& material : mesh_.materials) {
+      const std::vector<std::string> best = keys_for(material.name, keys);
+      if (best.size() > 1)
         throw InputError(fmt::format(
-            "{}:{}: no face of {} has the material '{}'; the nearest name there is '{}'", file_.string(),
-            values.line, settings_.mesh.string(), name, nearest_name(name, names)));
+            "{}:{}: material '{}' fits both '{}' and '{}', which are equally long; write one out further",
+            file_.string(), settings_.materials.at(best[1]).line, material.name, best[0], best[1]));
+      if (!best.empty())
+        served_[material.name] = &settings_.materials.at(best[0]);
+      else if (!material.undefined.empty())
+        serve_undefined(material, keys);
+    }
+  }
+
+  void serve_undefined(const MeshMaterial& material, const std::vector<std::string>& keys) {
+    if (settings_.default_for_undefined) {
+      if (const auto found = settings_.materials.find(kDefaultMaterial); found != settings_.materials.end())
+        served_[material.name] = &found->second;
+      return;
+    }
     if (missing_ == MissingMaterials::allow) return;
-    std::vector<std::string> set;
-    for (const auto& [name, values] : settings_.materials) set.push_back(name);
-    for (const auto& material : mesh_.materials)
-      if (!material.undefined.empty() && !setting(material.name))
-        throw InputError(set.empty() ? material.undefined
-                                     : fmt::format("{}; the nearest name in {} is '{}'", material.undefined,
-                                                   file_.string(), nearest_name(material.name, set)));
+    std::string cure;
+    if (const auto nearest = nearest_name(material.name, keys))
+      cure += fmt::format("; the nearest name in {} is '{}'", file_.string(), *nearest);
+    if (lower_case_extension(file_) == ".toml")
+      cure += "; undefined = \"default\" gives all such names what [materials.default] says";
+    throw InputError(material.undefined + cure);
+  }
+
+  void flip() {
+    auto& [vertices, corners, face_start, face_material, materials, two_sided] = mesh_.geometry;
+    for (std::size_t f = 0; f < face_material.size(); ++f)
+      std::reverse(corners.begin() + face_start[f], corners.begin() + face_start[f + 1]);
   }
 
   void count_bands() {
@@ -105,7 +144,7 @@ class SceneBuilder {
     material.name = source.name;
     // A material that only the scene file defines absorbs everything unless the file says otherwise.
     const BandValues own_default = BandValues::Zero(1);
-    const bool defined = source.undefined.empty();
+    const bool defined = source.undefined.empty() || settings_.default_for_undefined;
     material.reflectance = spread(own && own->reflectance ? own->reflectance->values
                                   : defined               ? source.reflectance
                                                           : own_default);
@@ -117,7 +156,10 @@ class SceneBuilder {
     material.emission = spread(material.emits_power   ? own->power->values
                                : own && own->emission ? own->emission->values
                                                       : source.emission);
-    material.sides = own && own->sides ? *own->sides : source.sides;
+    material.sides = own && own->sides ? *own->sides : settings_.sides.value_or(source.sides);
+    // The back of a lamp glows only if somebody says so.
+    if (material.sides == Sides::automatic && (material.emission > 0).any())
+      material.sides = Sides::front;
     return material;
   }
 
@@ -129,19 +171,29 @@ class SceneBuilder {
     }
   }
 
-  void require_lamps_with_area(const Scene& scene) const {
-    for (std::size_t m = 0; m < scene.materials().size(); ++m) {
-      const Material& material = scene.materials()[m];
-      if (material.emits_power && !(scene.material_area(static_cast<Index>(m)) > 0))
+  /// A table's power is that of all materials that it serves: each has the share of its area.
+  Scene share_power(const Scene& scene) const {
+    std::vector<Material> materials = scene.materials();
+    std::map<const MaterialSetting*, double> areas;
+    const auto area = [&](std::size_t m) { return scene.material_area(static_cast<Index>(m)); };
+    for (std::size_t m = 0; m < materials.size(); ++m)
+      if (materials[m].emits_power) areas[setting(materials[m].name)] += area(m);
+    for (std::size_t m = 0; m < materials.size(); ++m) {
+      if (!materials[m].emits_power) continue;
+      const MaterialSetting* const own = setting(materials[m].name);
+      if (!(area(m) > 0))
         throw InputError(fmt::format("{}:{}: material '{}': its faces have no area to spread the power over",
-                                     file_.string(), setting(material.name)->power->line, material.name));
+                                     file_.string(), own->power->line, materials[m].name));
+      materials[m].emission *= area(m) / areas[own];
     }
+    return scene.with_materials(std::move(materials));
   }
 
   fs::path file_;
   SceneFile settings_;
   MeshFile mesh_;
   MissingMaterials missing_;
+  std::map<std::string, const MaterialSetting*> served_;  ///< by material of the mesh
   BandCount bands_;
 };
 
@@ -153,13 +205,23 @@ std::vector<LightingSetup> lighting_setups(const fs::path& file,
   std::vector<LightingSetup> setups;
   for (const auto& [name, setting] : settings) {
     LightingSetup setup{name, std::vector<double>(names.size(), 1)};
-    for (const auto& [material, factor] : setting.factors) {
-      const auto found = std::find(names.begin(), names.end(), material);
-      if (found == names.end())
+    std::vector<std::string> keys;
+    for (const auto& [key, factor] : setting.factors) {
+      keys.push_back(key);
+      if (std::none_of(names.begin(), names.end(), [&, &pattern = key](const std::string& material) {
+            return material == pattern || matches_pattern(pattern, material);
+          }))
+        throw InputError(fmt::format("{}:{}: set-up '{}': no face has the material '{}'; {}", file.string(),
+                                     setting.line, name, key, names_there(key, names)));
+    }
+    for (std::size_t m = 0; m < names.size(); ++m) {
+      const std::vector<std::string> best = keys_for(names[m], keys);
+      if (best.size() > 1)
         throw InputError(
-            fmt::format("{}:{}: set-up '{}': no face has the material '{}'; the nearest name is '{}'",
-                        file.string(), setting.line, name, material, nearest_name(material, names)));
-      setup.factors[static_cast<std::size_t>(found - names.begin())] = factor;
+            fmt::format("{}:{}: set-up '{}': material '{}' fits both '{}' and '{}', which are equally long; "
+                        "write one out further",
+                        file.string(), setting.line, name, names[m], best[0], best[1]));
+      if (!best.empty()) setup.factors[m] = setting.factors.at(best[0]);
     }
     bool lit = false;
     for (std::size_t m = 0; m < names.size(); ++m)
@@ -170,6 +232,48 @@ std::vector<LightingSetup> lighting_setups(const fs::path& file,
     setups.push_back(std::move(setup));
   }
   return setups;
+}
+
+/// Materials of which some band absorbs nothing.
+std::vector<std::string> white_materials(const Scene& scene) {
+  std::vector<std::string> names;
+  for (const Material& material : scene.materials())
+    if ((absorptance(material) == 0).any()) names.push_back(material.name);
+  return names;
+}
+
+std::string length_text(double metres) {
+  if (metres < 0.01) return fmt::format("{:.3g} mm", 1000 * metres);
+  if (metres < 1) return fmt::format("{:.3g} cm", 100 * metres);
+  if (metres < 1000) return fmt::format("{:.3g} m", metres);
+  return fmt::format("{:.3g} km", metres / 1000);
+}
+
+/// Empty, or what a size that no building has suggests about the unit.
+std::string doubt_size(const Scene& scene, double metres_per_unit) {
+  constexpr double kLeast = 0.05, kMost = 2000;  // m: a model on a desk, a district
+  constexpr double kTypical = 20;                // m: a building
+  const double size = (scene.upper() - scene.lower()).norm();
+  if (size >= kLeast && size <= kMost) return {};
+  const double in_file = size / metres_per_unit;
+  // Of the units that make it a building, the one that comes closest to a common size; feet and inches only where nothing else does.
+  std::string_view best;
+  double best_off = std::numeric_limits<double>::infinity(), best_size = 0;
+  for (const bool metric : {true, false}) {
+    for (const LengthUnit& unit : length_units()) {
+      const double then = in_file * unit.metres;
+      const double off = std::abs(std::log(then / kTypical));
+      if (unit.metric != metric || then < 1 || then > 300 || off >= best_off) continue;
+      best = unit.name;
+      best_off = off;
+      best_size = then;
+    }
+    if (!best.empty()) break;
+  }
+  std::string text = fmt::format("the scene is {} across, which no building is", length_text(size));
+  if (!best.empty())
+    text += fmt::format("; units = \"{}\" in a scene file would make it {}", best, length_text(best_size));
+  return text;
 }
 
 /// A key as TOML writes it: quoted unless it is made of letters, digits, - and _.
@@ -190,15 +294,15 @@ LoadedScene read_scene(const fs::path& file, MissingMaterials missing) {
 
   SceneSettings settings = scene_file.settings;
   const fs::path mesh_file = scene_file.mesh;
+  const double metres_per_unit = scene_file.metres_per_unit;
   const std::map<std::string, SetupSetting> setup_settings = scene_file.setups;
   std::vector<std::string> warnings = std::move(mesh.warnings);
   Scene scene = SceneBuilder(file, std::move(scene_file), std::move(mesh), missing).build();
-  for (const Material& material : scene.materials())
-    for (Eigen::Index b = 0; b < material.reflectance.size(); ++b)
-      if (absorptance(material)[b] == 0)
-        warnings.push_back(
-            fmt::format("material '{}': reflectance is 1 in band {}: the surface absorbs nothing there",
-                        material.name, b));
+  if (std::string doubt = doubt_size(scene, metres_per_unit); !doubt.empty())
+    warnings.push_back(std::move(doubt));
+  if (const auto white = white_materials(scene); !white.empty())
+    warnings.push_back(
+        fmt::format("the reflectance of {} is 1 in some band: nothing is absorbed there", name_some(white)));
   std::vector<LightingSetup> setups = lighting_setups(file, setup_settings, scene);
   return {std::move(scene), std::move(settings), std::move(setups), mesh_file, std::move(warnings)};
 }

@@ -32,14 +32,21 @@ Json to_json(const Repairs& repairs) {
 }
 
 Json to_json(const Report::SceneFacts& scene) {
-  return {{"file", scene.file},
-          {"surfaces", scene.surfaces},
-          {"patches", scene.patches},
-          {"bands", scene.bands},
-          {"area_m2", scene.area_m2},
-          {"bounds_m", Json::array({numbers(scene.lower), numbers(scene.upper)})},
-          {"repairs", to_json(scene.repairs)},
-          {"warnings", scene.warnings}};
+  Json json = {{"file", scene.file},
+               {"surfaces", scene.surfaces},
+               {"patches", scene.patches},
+               {"bands", scene.bands},
+               {"area_m2", scene.area_m2},
+               {"bounds_m", Json::array({numbers(scene.lower), numbers(scene.upper)})},
+               {"repairs", to_json(scene.repairs)}};
+  if (scene.auto_sides)
+    json["auto_sides"] = {{"sheets", scene.auto_sides->sheets},
+                          {"faces", scene.auto_sides->faces},
+                          {"area_m2", scene.auto_sides->area_m2},
+                          {"unseen_sheets", scene.auto_sides->unseen_sheets},
+                          {"solids", scene.auto_sides->solids}};
+  json["warnings"] = scene.warnings;
+  return json;
 }
 
 Json to_json(const Report::Modelled& modelled) {

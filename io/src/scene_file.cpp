@@ -2,8 +2,10 @@
 #include "scene_file.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <toml++/toml.h>
 
+#include <array>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -54,13 +56,18 @@ class Section {
     fail(line_of(node), fmt::format("{} is {}, but must be {}", name(key), type, expected));
   }
 
+  [[noreturn]] void fail_unknown(const toml::key& key, const std::vector<std::string>& keys) const {
+    const auto nearest = nearest_name(key.str(), keys);
+    fail(static_cast<int>(key.source().begin.line),
+         fmt::format("unknown key '{}'{}; {}", key.str(),
+                     title_.empty() ? "" : fmt::format(" in [{}]", title_),
+                     nearest ? fmt::format("the nearest known key is '{}'", *nearest)
+                             : fmt::format("known are {}", fmt::join(keys, ", "))));
+  }
+
   void allow_only(const std::vector<std::string>& keys) const {
     for (const auto& [key, node] : table_)
-      if (std::find(keys.begin(), keys.end(), key.str()) == keys.end())
-        fail(static_cast<int>(key.source().begin.line),
-             fmt::format("unknown key '{}'{}; the nearest known key is '{}'", key.str(),
-                         title_.empty() ? "" : fmt::format(" in [{}]", title_),
-                         nearest_name(key.str(), keys)));
+      if (std::find(keys.begin(), keys.end(), key.str()) == keys.end()) fail_unknown(key, keys);
   }
 
   const toml::node* find(std::string_view key) const { return table_.get(key); }
@@ -165,6 +172,16 @@ bool positive(double value) {
 }
 constexpr std::string_view kPositive = "positive and finite";
 
+std::optional<Sides> read_sides(const Section& section, const std::string& owner) {
+  const auto sides = section.text("sides");
+  if (!sides) return {};
+  if (*sides == "front") return Sides::front;
+  if (*sides == "both") return Sides::both;
+  if (*sides == "auto") return Sides::automatic;
+  section.fail(line_of(*section.find("sides")),
+               fmt::format("{}sides = \"{}\" must be \"front\", \"both\" or \"auto\"", owner, *sides));
+}
+
 MaterialSetting read_material(const Section& section, const std::string& name) {
   section.allow_only({"reflectance", "absorptance", "emission", "power", "sides"});
   const std::string owner = fmt::format("material '{}'", name);
@@ -182,12 +199,7 @@ MaterialSetting read_material(const Section& section, const std::string& name) {
   if (material.emission && material.power)
     section.fail(std::max(material.emission->line, material.power->line),
                  fmt::format("{}: emission (W/m²) and power (W) exclude each other", owner));
-  if (const auto sides = section.text("sides")) {
-    if (*sides != "front" && *sides != "both")
-      section.fail(line_of(*section.find("sides")),
-                   fmt::format("{}: sides = \"{}\" must be \"front\" or \"both\"", owner, *sides));
-    material.sides = *sides == "both" ? Sides::both : Sides::front;
-  }
+  material.sides = read_sides(section, owner + ": ");
   return material;
 }
 
@@ -233,17 +245,33 @@ Camera read_camera(const Section& section) {
 }
 
 double read_unit(const Section& top) {
-  const auto unit = top.text("units");
-  if (!unit || *unit == "m") return 1;
-  if (*unit == "cm") return 0.01;
-  if (*unit == "mm") return 0.001;
-  if (*unit == "in") return 0.0254;
-  if (*unit == "ft") return 0.3048;
+  const auto name = top.text("units");
+  if (!name) return 1;
+  std::vector<std::string> names;
+  for (const LengthUnit& unit : length_units()) {
+    if (unit.name == *name) return unit.metres;
+    names.push_back(fmt::format("\"{}\"", unit.name));
+  }
   top.fail(line_of(*top.find("units")),
-           fmt::format("units = \"{}\" must be \"m\", \"cm\", \"mm\", \"in\" or \"ft\"", *unit));
+           fmt::format("units = \"{}\" must be one of {}", *name, fmt::join(names, ", ")));
+}
+
+bool read_undefined(const Section& top) {
+  const auto undefined = top.text("undefined");
+  if (!undefined || *undefined == "error") return false;
+  if (*undefined == "default") return true;
+  top.fail(line_of(*top.find("undefined")),
+           fmt::format("undefined = \"{}\" must be \"error\" or \"default\"", *undefined));
 }
 
 }  // namespace
+
+std::span<const LengthUnit> length_units() {
+  static constexpr std::array kUnits{LengthUnit{"m", 1, true}, LengthUnit{"cm", 0.01, true},
+                                     LengthUnit{"mm", 0.001, true}, LengthUnit{"in", 0.0254, false},
+                                     LengthUnit{"ft", 0.3048, false}};
+  return kUnits;
+}
 
 bool is_bare_key(const std::string& name) {
   return !name.empty() && std::all_of(name.begin(), name.end(), [](unsigned char c) {
@@ -260,13 +288,17 @@ SceneFile read_scene_file(const std::filesystem::path& file) {
         fmt::format("{}:{}: is not TOML: {}", file.string(), error.source().begin.line, error.description()));
   }
   const Section top(file, table, "");
-  top.allow_only({"mesh", "units", "materials", "patches", "form_factors", "solver", "camera", "setup"});
+  top.allow_only({"mesh", "units", "flip", "sides", "undefined", "materials", "patches", "form_factors",
+                  "solver", "camera", "setup"});
 
   SceneFile scene;
   const auto mesh = top.text("mesh");
   if (!mesh) throw InputError(fmt::format("{}: the key 'mesh' is missing: mesh = \"FILE\"", file.string()));
   scene.mesh = file.parent_path() / *mesh;
   scene.metres_per_unit = read_unit(top);
+  scene.flip = top.boolean("flip").value_or(false);
+  scene.sides = read_sides(top, "");
+  scene.default_for_undefined = read_undefined(top);
 
   if (const auto materials = top.section("materials", "materials"))
     for (const auto& [key, node] : materials->table()) {

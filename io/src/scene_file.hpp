@@ -4,7 +4,10 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "radiosity/io/read_scene.hpp"
 
@@ -17,7 +20,7 @@ struct BandSetting {
   int line = 0;
 };
 
-/// [materials.NAME]
+/// [materials.NAME], where NAME may be a pattern
 struct MaterialSetting {
   int line = 0;
   std::optional<BandSetting> reflectance, absorptance;  ///< at most one of the two
@@ -25,7 +28,7 @@ struct MaterialSetting {
   std::optional<Sides> sides;
 };
 
-/// [setup.NAME]: a factor on the emission of each material that is named
+/// [setup.NAME]: a factor on the emission of each material that is named, or fits a pattern
 struct SetupSetting {
   int line = 0;
   std::map<std::string, double> factors;
@@ -34,10 +37,21 @@ struct SetupSetting {
 struct SceneFile {
   std::filesystem::path mesh;
   double metres_per_unit = 1;
+  bool flip = false;                   ///< all faces are turned over
+  bool default_for_undefined = false;  ///< [materials.default] serves names that nothing defines
+  std::optional<Sides> sides;          ///< of materials that do not say
   std::map<std::string, MaterialSetting> materials;
   std::map<std::string, SetupSetting> setups;
   SceneSettings settings;
 };
+
+/// A value of `units`.
+struct LengthUnit {
+  std::string_view name;
+  double metres;
+  bool metric;
+};
+std::span<const LengthUnit> length_units();
 
 /// Letters, digits, - and _, which TOML takes for a key without quotes.
 bool is_bare_key(const std::string& name);

@@ -78,8 +78,7 @@ std::vector<Index> shared_corners(const Pieces& pieces, const Surface& surface) 
 
 Index count_with_backs(const Pieces& pieces, const Surface& surface, const Scene& scene) {
   Index count = 0;
-  for (const Index p : pieces.polygon)
-    count += scene.materials()[at(surface.material[at(p)])].sides == Sides::both ? 2 : 1;
+  for (const Index p : pieces.polygon) count += scene.two_sided(surface.face[at(p)]) ? 2 : 1;
   return count;
 }
 
@@ -92,7 +91,7 @@ PatchMesh to_mesh(const Pieces& pieces, const Surface& surface, const Scene& sce
     std::vector<Index> vertex_of(pieces.corners.size(), -1);
     for (std::size_t p = 0; p < pieces.polygon.size(); ++p) {
       const Index polygon = pieces.polygon[p], material = surface.material[at(polygon)];
-      if (back && scene.materials()[at(material)].sides != Sides::both) continue;
+      if (back && !scene.two_sided(surface.face[at(polygon)])) continue;
       const Index first = pieces.start[p], n = pieces.start[p + 1] - first;
       for (Index k = 0; k < n; ++k) {
         const Index corner = first + (back ? (n - k) % n : k);
@@ -126,8 +125,7 @@ Index open_edges(const Surface& surface, const Contacts& contacts, const Scene& 
   for (std::size_t k = 0, next; k < sides.size(); k = next) {
     const std::uint64_t key = sides[k].first;
     for (next = k + 1; next < sides.size() && sides[next].first == key;) ++next;
-    if (next - k != 1 || scene.materials()[at(surface.material[at(sides[k].second)])].sides == Sides::both)
-      continue;
+    if (next - k != 1 || scene.two_sided(surface.face[at(sides[k].second)])) continue;
     const double length = (surface.points[key >> 32] - surface.points[key & 0xffffffffU]).norm();
     const auto covered = contacts.covered.find(key);
     if (covered == contacts.covered.end() || covered->second < length * (1 - 1e-3) - 2 * contacts.distance)
@@ -213,7 +211,7 @@ Sized fit(const Subdivision& subdivision, const Surface& surface, const Scene& s
   double area = 0;
   for (Index p = 0; p < surface.count(); ++p)
     area += polygon::area_vector(surface.points, surface.loop(p)).norm() *
-            (scene.materials()[at(surface.material[at(p)])].sides == Sides::both ? 2 : 1);
+            (scene.two_sided(surface.face[at(p)]) ? 2 : 1);
   double size = std::sqrt(area / target);
   // Long and narrow faces have more patches along their edges than their area asks for.
   constexpr double kFarOff = 8;

@@ -36,7 +36,7 @@ void Scene::Arrays::add_face(std::span<const Index> face_corners, Index material
 
 Scene::Scene(Arrays arrays) : arrays_(std::move(arrays)) {
   constexpr auto kMost = static_cast<std::size_t>(std::numeric_limits<Index>::max());
-  const auto& [vertices, corners, face_start, face_material, materials] = arrays_;
+  const auto& [vertices, corners, face_start, face_material, materials, two_sided] = arrays_;
   if (face_material.empty()) throw InputError("the mesh has no faces");
   if (corners.size() > kMost || vertices.size() > kMost)
     throw InputError(
@@ -59,6 +59,9 @@ Scene::Scene(Arrays arrays) : arrays_(std::move(arrays)) {
                     face_start.size(), face_start.empty() ? 0 : face_start.front(),
                     face_start.empty() ? 0 : face_start.back(), face_material.size(), corners.size(),
                     face_material.size() + 1, corners.size()));
+  if (!two_sided.empty() && two_sided.size() != face_material.size())
+    throw InputError(fmt::format("two_sided has {} entries for {} faces; it needs one for each, or none",
+                                 two_sided.size(), face_material.size()));
   for (std::size_t f = 0; f < face_material.size(); ++f) {
     const Index first = face_start[f], last = face_start[f + 1];
     if (last - first < 3)
@@ -95,9 +98,8 @@ Vec3 Scene::area_vector(Index face) const {
 double Scene::material_area(Index material) const {
   double area = 0;
   for (Index f = 0; f < face_count(); ++f)
-    if (this->material(f) == material) area += area_vector(f).norm();
-  const auto m = static_cast<std::size_t>(material);
-  return arrays_.materials[m].sides == Sides::both ? 2 * area : area;
+    if (this->material(f) == material) area += (two_sided(f) ? 2 : 1) * area_vector(f).norm();
+  return area;
 }
 
 Scene Scene::with_materials(std::vector<Material> materials) const {
@@ -106,6 +108,12 @@ Scene Scene::with_materials(std::vector<Material> materials) const {
                                  arrays_.materials.size()));
   Arrays arrays = arrays_;
   arrays.materials = std::move(materials);
+  return Scene(std::move(arrays));
+}
+
+Scene Scene::with_two_sided(std::vector<std::uint8_t> two_sided) const {
+  Arrays arrays = arrays_;
+  arrays.two_sided = std::move(two_sided);
   return Scene(std::move(arrays));
 }
 

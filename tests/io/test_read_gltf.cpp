@@ -437,15 +437,40 @@ TEST(ReadGltf, MissingImagesAreOneWarning) {
   EXPECT_THAT(loaded.warnings, ElementsAre(AllOf(StartsWith("2 "), HasSubstr("one.png"))));
 }
 
-TEST(ReadGltf, MaterialsOfTheSameNameAreToldApart) {
+/// A triangle for each base colour, all of materials called Glas.
+Gltf namesakes(const std::vector<double>& greys) {
   Gltf gltf;
-  gltf.json["materials"].push_back({{"name", "glow"}});
-  Json other = gltf.primitive();
-  other["material"] = 1;
-  gltf.json["meshes"][0]["primitives"].push_back(other);
-  const LoadedScene loaded = load(gltf);
-  EXPECT_EQ(loaded.scene.materials()[1].name, "glow_1");
-  EXPECT_THAT(loaded.warnings[0], HasSubstr("two materials are called 'glow'"));
+  const Json primitive = gltf.primitive();
+  gltf.json["materials"].clear();
+  gltf.json["meshes"][0]["primitives"].clear();
+  for (const double grey : greys) {
+    Json triangle = primitive;
+    triangle["material"] = gltf.json["materials"].size();
+    gltf.json["meshes"][0]["primitives"].push_back(triangle);
+    gltf.json["materials"].push_back(
+        {{"name", "Glas"}, {"pbrMetallicRoughness", {{"baseColorFactor", {grey, grey, grey, 1}}}}});
+  }
+  return gltf;
+}
+
+TEST(ReadGltf, MaterialsOfOneNameAndOneValueAreOne) {
+  const TemporaryDirectory directory;
+  const LoadedScene loaded = read_scene(namesakes({0.25, 0.25, 0.25}).write(directory));
+  ASSERT_EQ(loaded.scene.materials().size(), 1U);
+  EXPECT_EQ(loaded.scene.materials()[0].name, "Glas");
+  EXPECT_THAT(loaded.warnings, IsEmpty());
+}
+
+TEST(ReadGltf, MaterialsOfOneNameAndOtherValuesAreNumbered) {
+  const TemporaryDirectory directory;
+  const LoadedScene loaded = read_scene(namesakes({0.25, 0.5, 0.25, 0.5}).write(directory));
+  ASSERT_EQ(loaded.scene.materials().size(), 2U);
+  EXPECT_EQ(loaded.scene.materials()[0].name, "Glas");
+  EXPECT_EQ(loaded.scene.materials()[1].name, "Glas_1");
+  EXPECT_EQ(loaded.scene.materials()[1].reflectance[0], 0.5);
+  for (Index f = 0; f < 4; ++f) EXPECT_EQ(loaded.scene.material(f), f % 2);
+  EXPECT_THAT(loaded.warnings,
+              ElementsAre(AllOf(HasSubstr("'Glas'"), HasSubstr("Glas_1"), HasSubstr("\"Glas*\""))));
 }
 
 TEST(ReadGltf, TellsOfTransparencyAndPunctualLights) {

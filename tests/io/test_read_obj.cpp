@@ -101,8 +101,19 @@ TEST(ReadObj, MaterialHoldsUntilTheNextUsemtlWhateverTheGroups) {
   EXPECT_EQ(scene.material(2), scene.material(0));
   EXPECT_EQ(scene.materials()[static_cast<std::size_t>(scene.material(3))].name, "two");
   EXPECT_THAT(loaded.warnings,
-              ElementsAre("material 'one': reflectance is 1 in band 0: the surface absorbs nothing there",
-                          "material 'two': reflectance is 1 in band 1: the surface absorbs nothing there"));
+              ElementsAre("the reflectance of 'one' and 'two' is 1 in some band: nothing is absorbed there"));
+}
+
+TEST(ReadObj, ManyUnusedMaterialsAreOneWarning) {
+  const TemporaryDirectory directory;
+  std::string library;
+  for (const char* name : {"used", "one", "two", "three", "four", "five"})
+    library += std::string("newmtl ") + name + "\nKd 0.5 0.5 0.5\n";
+  directory.write("a.mtl", library);
+  const auto file = directory.write("a.obj", "mtllib a.mtl\n" + kSquare + "usemtl used\nf 1 2 3 4\n");
+  EXPECT_THAT(
+      read_scene(file).warnings,
+      ElementsAre("5 materials are defined, but no face uses them: 'one', 'two', 'three' and 2 more"));
 }
 
 TEST(ReadObj, NamesWithBlanksAreRead) {
@@ -396,10 +407,9 @@ TEST(ReadObj, ReadsTheOriginalCornellBoxAsItsFileSays) {
   EXPECT_EQ(name(17), "light");
   EXPECT_TRUE(
       (scene.materials()[static_cast<std::size_t>(scene.material(17))].emission == rgb(17, 12, 4)).all());
-  EXPECT_THAT(
-      loaded.warnings,
-      ElementsAre("material 'shortBox' is defined, but no face uses it",
-                  "material 'leftWall': reflectance is 1 in band 0: the surface absorbs nothing there"));
+  EXPECT_THAT(loaded.warnings,
+              ElementsAre("material 'shortBox' is defined, but no face uses it",
+                          "the reflectance of 'leftWall' is 1 in some band: nothing is absorbed there"));
   EXPECT_NO_THROW(require_emission(scene, file));
 }
 

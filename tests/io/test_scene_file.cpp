@@ -10,6 +10,7 @@ namespace {
 
 using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 using testing::StartsWith;
 
 /// A 2 × 1 floor and a 1 × 1 lamp, defined in the MTL, beside the scene file under test.
@@ -141,7 +142,8 @@ TEST_F(SceneFileTest, ConvertsEveryUnitToMetres) {
   for (const auto& [unit, metres] :
        {std::pair{"m", 1.0}, {"cm", 0.01}, {"mm", 0.001}, {"in", 0.0254}, {"ft", 0.3048}})
     EXPECT_DOUBLE_EQ(read(std::string("units = \"") + unit + "\"\n").scene.upper().x(), 2 * metres) << unit;
-  EXPECT_THAT(error("units = \"yd\"\n"), StartsWith("scene.toml:2: units = \"yd\" must be \"m\", \"cm\""));
+  EXPECT_THAT(error("units = \"yd\"\n"),
+              StartsWith("scene.toml:2: units = \"yd\" must be one of \"m\", \"cm\""));
 }
 
 TEST_F(SceneFileTest, SpreadsPowerOverTheAreaOfTheMaterial) {
@@ -266,7 +268,135 @@ TEST_F(SceneFileTest, DefinesMaterialsThatTheMeshOnlyNames) {
 
   const auto bad = directory_.write("bad.toml", "mesh = \"bare.obj\"\n[materials.wall]\nreflectance = 0.5\n");
   EXPECT_THAT(message_of<InputError>([&] { read_scene(bad); }),
-              AllOf(HasSubstr("bare.obj:8: face 2 uses material 'lamp'"), HasSubstr("bad.toml is 'wall'")));
+              AllOf(HasSubstr("bare.obj:8: face 2 uses material 'lamp'"), Not(HasSubstr("nearest")),
+                    HasSubstr("undefined = \"default\"")));
+}
+
+TEST_F(SceneFileTest, SuggestsANameOnlyWhereItIsNear) {
+  EXPECT_THAT(error("[materials.carpet]\nreflectance = 0.5\n"),
+              AllOf(HasSubstr("'carpet'; names there are 'floor' and 'lamp'"), Not(HasSubstr("nearest"))));
+  EXPECT_THAT(error("luminaire = 1\n"),
+              AllOf(HasSubstr("unknown key 'luminaire'; known are mesh, units"), Not(HasSubstr("nearest"))));
+}
+
+/// Faces of 1, 2, 3, … m², one for each material, which are all named and none defined.
+std::string named_faces(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t k = 0; k < names.size(); ++k)
+    text += fmt::format("v 0 0 {0}\nv {1} 0 {0}\nv {1} 1 {0}\nv 0 1 {0}\nusemtl {2}\nf -4 -3 -2 -1\n", k,
+                        k + 1, names[k]);
+  return text;
+}
+
+class PatternTest : public SceneFileTest {
+ protected:
+  PatternTest() { directory_.write("mesh/room.obj", named_faces({"Glas", "Glas_1", "Glas_12", "Wand"})); }
+  /// Reflectances of the four materials.
+  std::vector<double> reflectances(const std::string& text) const {
+    std::vector<double> result;
+    for (const Material& material : read(text).scene.materials()) result.push_back(material.reflectance[0]);
+    return result;
+  }
+};
+
+TEST_F(PatternTest, AStarStandsForAnyCharactersAndAQuestionMarkForOne) {
+  EXPECT_EQ(
+      reflectances("[materials.\"Glas*\"]\nreflectance = 0.1\n[materials.\"?and\"]\nreflectance = 0.7\n"),
+      (std::vector<double>{0.1, 0.1, 0.1, 0.7}));
+}
+
+TEST_F(PatternTest, AnExactNameWinsOverAPatternAndTheLongerPatternOverTheShorter) {
+  EXPECT_EQ(
+      reflectances("[materials.Glas]\nreflectance = 0.1\n[materials.\"Glas*\"]\nreflectance = 0.2\n"
+                   "[materials.\"Glas_??\"]\nreflectance = 0.3\n[materials.\"*\"]\nreflectance = 0.4\n"),
+      (std::vector<double>{0.1, 0.2, 0.3, 0.4}));
+}
+
+TEST_F(PatternTest, TwoPatternsOfOneLengthThatBothFitAreAnError) {
+  EXPECT_THAT(error("[materials.\"Gl*\"]\nreflectance = 0.1\n[materials.\"*as\"]\nreflectance = 0.2\n"
+                    "[materials.\"*\"]\nreflectance = 0.4\n"),
+              AllOf(HasSubstr("material 'Glas' fits both '*as' and 'Gl*'"), HasSubstr("equally long")));
+  // Not where a longer one decides.
+  EXPECT_EQ(reflectances("[materials.\"Gl*\"]\nreflectance = 0.1\n[materials.\"*as\"]\nreflectance = 0.2\n"
+                         "[materials.\"Glas*\"]\nreflectance = 0.3\n[materials.\"*\"]\nreflectance = 0.4\n"),
+            (std::vector<double>{0.3, 0.3, 0.3, 0.4}));
+}
+
+TEST_F(PatternTest, APatternThatFitsNothingIsAnError) {
+  EXPECT_THAT(error("[materials.\"*\"]\nreflectance = 0.1\n[materials.\"Holz*\"]\nreflectance = 0.2\n"),
+              AllOf(StartsWith("scene.toml:4"), HasSubstr("no face"), HasSubstr("'Holz*'")));
+}
+
+TEST_F(PatternTest, PowerIsSpreadOverAllFacesThatThePatternServes) {
+  // Glas, Glas_1 and Glas_12 have 1 + 2 + 3 m²: 12 W make 2 W/m² on each.
+  const LoadedScene loaded = read("[materials.\"Glas*\"]\npower = 12\n[materials.Wand]\nreflectance = 0.5\n");
+  for (std::size_t m = 0; m < 3; ++m) EXPECT_DOUBLE_EQ(loaded.scene.materials()[m].emission[0], 2);
+}
+
+TEST_F(PatternTest, SetUpsTakePatternsToo) {
+  const std::string materials = "[materials.\"*\"]\nemission = 1\n";
+  EXPECT_EQ(read(materials + "[setup.night]\n\"Glas*\" = 0.5\nGlas_1 = 0.25\n").setups.at(0).factors,
+            (std::vector<double>{0.5, 0.25, 0.5, 1}));
+  EXPECT_THAT(error(materials + "[setup.night]\n\"Holz*\" = 0.5\n"),
+              HasSubstr("no face has the material 'Holz*'"));
+  EXPECT_THAT(error(materials + "[setup.night]\n\"Gl*\" = 0.5\n\"*as\" = 0.5\n"),
+              AllOf(HasSubstr("set-up 'night'"), HasSubstr("'Glas' fits both '*as' and 'Gl*'")));
+}
+
+TEST_F(PatternTest, UndefinedNamesMayHaveTheValuesOfDefault) {
+  EXPECT_EQ(reflectances("undefined = \"default\"\n[materials.Glas]\nreflectance = 0.1\n"
+                         "[materials.default]\nreflectance = 0.3\n"),
+            (std::vector<double>{0.1, 0.3, 0.3, 0.3}));
+  // Without that table they are as faces without a material: 0.5.
+  EXPECT_EQ(reflectances("undefined = \"default\"\n"), (std::vector<double>{0.5, 0.5, 0.5, 0.5}));
+  EXPECT_THAT(error("undefined = \"black\"\n"), StartsWith("scene.toml:2: undefined = \"black\" must be"));
+  // Names that the mesh defines keep what it says.
+  directory_.write("mesh/room.obj", "mtllib room.mtl\n" + named_faces({"floor", "Glas"}));
+  EXPECT_TRUE((read("undefined = \"default\"\n[materials.default]\nreflectance = 0.1\n")
+                   .scene.materials()[0]
+                   .reflectance == rgb(0.3, 0.4, 0.5))
+                  .all());
+}
+
+TEST_F(SceneFileTest, FlipTurnsEveryFaceOver) {
+  const Scene front = read("").scene;
+  const Scene back = read("flip = true\n").scene;
+  for (Index f = 0; f < front.face_count(); ++f) EXPECT_EQ(back.area_vector(f), -front.area_vector(f));
+  EXPECT_EQ(read("flip = false\n").scene.area_vector(0), front.area_vector(0));
+}
+
+TEST_F(SceneFileTest, SidesAtTheTopHoldForMaterialsThatDoNotSay) {
+  const Scene scene = read("sides = \"both\"\n[materials.floor]\nsides = \"front\"\n").scene;
+  EXPECT_EQ(scene.materials()[0].sides, Sides::front);
+  EXPECT_EQ(scene.materials()[1].sides, Sides::both);
+  EXPECT_THAT(error("sides = \"back\"\n"), StartsWith("scene.toml:2: sides = \"back\" must be"));
+}
+
+TEST_F(SceneFileTest, AutomaticSidesLeaveLampsOneSided) {
+  const Scene scene = read("sides = \"auto\"\n").scene;
+  EXPECT_EQ(scene.materials()[0].sides, Sides::automatic);
+  EXPECT_EQ(scene.materials()[1].sides, Sides::front);
+}
+
+TEST_F(SceneFileTest, DoubtsSizesThatNoBuildingHas) {
+  const auto floor = [&](double edge) {
+    directory_.write("mesh/room.obj", fmt::format("v 0 0 0\nv {0} 0 0\nv {0} {0} 0\nf 1 2 3\n", edge));
+  };
+  const auto warnings = [&](const std::string& text) { return read(text).warnings; };
+  const auto doubt = [](const char* text) { return testing::Contains(HasSubstr(text)); };
+  floor(2000);  // diagonal 2.83 km
+  EXPECT_THAT(warnings(""),
+              doubt("the scene is 2.83 km across, which no building is; units = \"cm\" in a scene "
+                    "file would make it 28.3 m"));
+  EXPECT_THAT(warnings("units = \"cm\"\n"), Not(doubt("across")));
+  floor(12000);
+  EXPECT_THAT(warnings(""), doubt("units = \"mm\" in a scene file would make it 17 m"));
+  floor(3);  // a room in metres of which the file says that they are millimetres
+  EXPECT_THAT(warnings("units = \"mm\"\n"),
+              doubt("the scene is 4.24 mm across, which no building is; units = \"m\""));
+  EXPECT_THAT(warnings(""), Not(doubt("across")));
+  floor(1e9);
+  EXPECT_THAT(warnings(""), doubt("1.41e+06 km across, which no building is"));
 }
 
 TEST_F(SceneFileTest, RejectsValuesOutOfRangeNamingLineMaterialValueAndRule) {
@@ -299,8 +429,9 @@ TEST_F(SceneFileTest, RejectsWrongTypesNamingKeyLineAndWhatWasExpected) {
       StartsWith(
           "scene.toml:3: [materials.floor] reflectance is a string, but must be a number or an array"));
   EXPECT_THAT(error("[materials.floor]\nreflectance = [0.1, true]\n"), HasSubstr("is a boolean"));
-  EXPECT_THAT(error("[materials.floor]\nsides = \"back\"\n"),
-              StartsWith("scene.toml:3: material 'floor': sides = \"back\" must be \"front\" or \"both\""));
+  EXPECT_THAT(
+      error("[materials.floor]\nsides = \"back\"\n"),
+      StartsWith("scene.toml:3: material 'floor': sides = \"back\" must be \"front\", \"both\" or \"auto\""));
   EXPECT_THAT(error("[patches]\nsize = true\n"),
               HasSubstr("must be a number of metres, \"none\" or \"auto\""));
   EXPECT_THAT(error("[patches]\nsize = \"fine\"\n"), HasSubstr("size = \"fine\""));
@@ -345,7 +476,7 @@ TEST_F(SceneFileTest, AMeshThatEmitsNothingSaysHowToAddALamp) {
                     HasSubstr("emission ="), HasSubstr("power =")));
   // A scene file need not be told to make one.
   EXPECT_THAT(message_of<InputError>([&] { require_emission(loaded.scene, "dark.toml"); }),
-              AllOf(HasSubstr("[materials.default]"), testing::Not(HasSubstr("Ke "))));
+              AllOf(HasSubstr("[materials.default]"), Not(HasSubstr("Ke "))));
   EXPECT_NO_THROW(require_emission(read("").scene, "x"));
 }
 

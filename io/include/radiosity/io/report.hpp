@@ -26,6 +26,13 @@ struct Report {
     double area_m2 = 0;
     Vec3 lower, upper;
     Repairs repairs;
+    /// Where sides = "auto": see DecidedSides.
+    struct AutoSides {
+      Index sheets = 0, faces = 0;
+      double area_m2 = 0;
+      Index unseen_sheets = 0, solids = 0;
+    };
+    std::optional<AutoSides> auto_sides;
     std::vector<std::string> warnings;
   };
   std::optional<SceneFacts> scene;

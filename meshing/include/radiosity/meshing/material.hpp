@@ -7,8 +7,9 @@
 
 namespace radiosity {
 
-/// Which sides of a face radiate and reflect. The other side of a `front` face is opaque and black.
-enum class Sides { front, both };
+/// Which sides of a face radiate and reflect. The other side of a `front` face is opaque and black; `automatic` is front until
+/// decide_sides gives the scene's faces sides of their own.
+enum class Sides { front, both, automatic };
 
 /// A diffuse surface finish.
 struct Material {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -22,6 +23,7 @@ class Scene {
     std::vector<Index> face_start{0};  ///< face f has corners [face_start[f], face_start[f+1])
     std::vector<Index> face_material;  ///< one per face
     std::vector<Material> materials;
+    std::vector<std::uint8_t> two_sided = {};  ///< one per face, where that is not left to the materials
 
     void add_face(std::span<const Index> face_corners, Index material);
   };
@@ -37,12 +39,17 @@ class Scene {
   std::span<const Index> corners(Index face) const;
   Index material(Index face) const { return arrays_.face_material[static_cast<std::size_t>(face)]; }
   const std::vector<Material>& materials() const { return arrays_.materials; }
+  bool two_sided(Index face) const {
+    return arrays_.two_sided.empty()
+               ? materials()[static_cast<std::size_t>(material(face))].sides == Sides::both
+               : arrays_.two_sided[static_cast<std::size_t>(face)] != 0;
+  }
 
   /// Half of the Newell vector Σ v_k × v_{k+1}: its length is the face's area, its direction the front
   /// normal.
   Vec3 area_vector(Index face) const;
 
-  /// Radiating area of a material in m²: the sum over its faces, twice that when it has two sides.
+  /// Radiating area of a material in m²: the sum over its faces, twice that of faces with two sides.
   double material_area(Index material) const;
 
   /// Corners of the axis-parallel bounding box.
@@ -51,6 +58,9 @@ class Scene {
 
   /// The same geometry with other materials (as many, in the same order).
   Scene with_materials(std::vector<Material> materials) const;
+
+  /// The same scene, but which faces have two sides is given for each. Throws InputError on another number of them.
+  Scene with_two_sided(std::vector<std::uint8_t> two_sided) const;
 
  private:
   Arrays arrays_;
