@@ -8,7 +8,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numeric>
 #include <span>
 #include <string_view>
@@ -28,23 +27,11 @@ std::size_t at(Index i) {
 constexpr int kRaysAlong = 8;
 constexpr int kRays = kRaysAlong * kRaysAlong;
 
-/// What 64 directions from all over one side of a patch meet first. Kept apart from the sums, so that threads do not change their bits.
-struct Glance {
-  Index from = 0;
-  std::array<Visibility::Hit, kRays> hits;
-
-  int fronts() const {
-    return static_cast<int>(std::count_if(hits.begin(), hits.end(), [](const Visibility::Hit& h) {
-      return h.patch != Visibility::kNothing && h.front;
-    }));
-  }
-};
-
-/// `side`: 1 the front, −1 the back.
-Glance glance(const Visibility& visibility, Index from, int side, RandomStream random) {
+/// Directions from all over one side of a patch (1 the front, −1 the back), and what they meet first: visit(k, hit) for k = 0, 1, …
+/// until it gives false.
+template <class Visit>
+void look(const Visibility& visibility, Index from, int side, RandomStream random, const Visit& visit) {
   const PatchMesh& mesh = visibility.mesh();
-  Glance result;
-  result.from = from;
   const PatchSampler patch(mesh, from);
   const Vec3 n = side * mesh.normal(from);
   Vec3 t, b;
@@ -57,10 +44,24 @@ Glance glance(const Visibility& visibility, Index from, int side, RandomStream r
     const double up = std::sqrt(std::max(0.0, 1 - disk.u * disk.u - disk.v * disk.v));
     // Places and directions in one order would be correlated: 29 is prime to 64.
     const Vec3 x = patch.at(r2_point(static_cast<std::uint64_t>(k * 29 % kRays), shift)) + lift;
-    result.hits[static_cast<std::size_t>(k)] = visibility.first_hit(x, disk.u * t + disk.v * b + up * n);
+    Visibility::Hit hit = visibility.first_hit(x, disk.u * t + disk.v * b + up * n);
+    if (hit.patch == from) hit.patch = Visibility::kNothing;  // a patch that is not quite planar
+    if (!visit(static_cast<std::size_t>(k), hit)) return;
   }
-  return result;
 }
+
+bool meets_front(const Visibility::Hit& hit) {
+  return hit.patch != Visibility::kNothing && hit.front;
+}
+bool meets_back(const Visibility::Hit& hit) {
+  return hit.patch != Visibility::kNothing && !hit.front;
+}
+
+/// What 64 directions from the front of a patch meet. Kept apart from the sums, so that threads do not change their bits.
+struct Glance {
+  std::array<Visibility::Hit, kRays> hits;
+  bool blind() const { return std::none_of(hits.begin(), hits.end(), meets_front); }
+};
 
 /// From `count` places that are spread evenly over the weight of the patches, so that all count the same.
 std::vector<Glance> glances(const Visibility& visibility, const Eigen::ArrayXd& weights, int count,
@@ -73,8 +74,12 @@ std::vector<Glance> glances(const Visibility& visibility, const Eigen::ArrayXd& 
   tbb::parallel_for(0, count, [&](int k) {
     const double place = (k + 0.5) / count * up_to.back();
     const auto found = std::upper_bound(up_to.begin(), up_to.end() - 1, place);
-    result[static_cast<std::size_t>(k)] = glance(visibility, static_cast<Index>(found - up_to.begin()), 1,
-                                                 RandomStream(seed, static_cast<std::uint64_t>(k)));
+    look(visibility, static_cast<Index>(found - up_to.begin()), 1,
+         RandomStream(seed, static_cast<std::uint64_t>(k)),
+         [&, &hits = result[static_cast<std::size_t>(k)].hits](std::size_t ray, const Visibility::Hit& hit) {
+           hits[ray] = hit;
+           return true;
+         });
   });
   return result;
 }
@@ -88,12 +93,10 @@ std::vector<double> shares_of_backs(const std::vector<Glance>& all, const PatchM
   std::vector<double> shares(mesh.materials().size(), 0);
   double directions = 0;
   for (const Glance& from : all) {
-    if (!even_blind && from.fronts() == 0) continue;
+    if (!even_blind && from.blind()) continue;
     directions += kRays;
     for (const Visibility::Hit& hit : from.hits)
-      if (hit.patch != Visibility::kNothing && !hit.front && hit.patch != from.from &&
-          !emits(mesh.material_of(hit.patch)))
-        shares[at(mesh.material(hit.patch))] += 1;
+      if (meets_back(hit) && !emits(mesh.material_of(hit.patch))) shares[at(mesh.material(hit.patch))] += 1;
   }
   for (double& share : shares) share /= std::max(directions, 1.0);
   return shares;
@@ -143,8 +146,7 @@ SeenSides seen_sides(const Visibility& visibility, std::uint64_t seed) {
   SeenSides seen;
 
   const std::vector<Glance> all = glances(visibility, mesh.areas(), kPlaces, seed);
-  const auto blind =
-      std::count_if(all.begin(), all.end(), [](const Glance& from) { return from.fronts() == 0; });
+  const auto blind = std::count_if(all.begin(), all.end(), [](const Glance& from) { return from.blind(); });
   seen.blind = static_cast<double>(blind) / static_cast<double>(all.size());
   seen.backs_of = shares_of_backs(all, mesh, false);
   seen.backs = sum(seen.backs_of);
@@ -186,58 +188,95 @@ std::vector<std::string> side_warnings(const SeenSides& seen, const PatchMesh& m
 
 namespace {
 
-/// What the backs of one part of the surface see, weighted by area.
-struct SeenFromBehind {
-  double directions = 0, fronts = 0;
-  std::map<Index, double> backs_of;  ///< by part that may get backs
-};
-
-/// `open_part`: per face the part, −1 where it may not get a back.
-std::vector<SeenFromBehind> look_from_behind(const Scene& scene, const std::vector<Index>& open_part,
-                                             Index parts, std::uint64_t seed) {
-  const PatchMesh mesh = make_patches(scene, PatchSize{std::numeric_limits<double>::infinity()}).mesh;
-  const Visibility visibility(mesh);
-  const auto part_of = [&](Index patch) { return open_part[at(mesh.surface(patch))]; };
-
-  // Per direction the part of the back that it meets, or what else it meets.
-  constexpr Index kBlack = -1, kFront = -2;
-  std::vector<std::array<Index, kRays>> met(at(mesh.patch_count()));
-  tbb::parallel_for(Index{0}, mesh.patch_count(), [&](Index i) {
-    if (part_of(i) < 0) return;
-    const Glance from = glance(visibility, i, -1, RandomStream(seed, static_cast<std::uint64_t>(i)));
-    std::transform(from.hits.begin(), from.hits.end(), met[at(i)].begin(), [&](const Visibility::Hit& hit) {
-      if (hit.patch == Visibility::kNothing || hit.patch == i) return kBlack;
-      return hit.front ? kFront : part_of(hit.patch);
+/// What decides which open parts of the surface get backs.
+class FromBehind {
+ public:
+  /// `open_part`: per face the part, −1 where it may not get a back.
+  FromBehind(const Scene& scene, const std::vector<Index>& open_part, Index parts, std::uint64_t seed)
+      : mesh_(make_patches(scene, PatchSize{std::numeric_limits<double>::infinity()}).mesh),
+        visibility_(mesh_),
+        lit_front_(at(mesh_.patch_count()), 0),
+        lit_part_(at(parts), 0),
+        backs_met_(lit_front_.size()),
+        met_from_behind_(lit_front_.size()) {
+    part_.reserve(lit_front_.size());
+    for (Index i = 0; i < mesh_.patch_count(); ++i) part_.push_back(open_part[at(mesh_.surface(i))]);
+    tbb::parallel_for(Index{0}, mesh_.patch_count(), [&](Index i) {
+      look_from_front(i, RandomStream(seed, 2 * static_cast<std::uint64_t>(i)));
+      if (part_[at(i)] >= 0) look_from_back(i, RandomStream(seed, 2 * static_cast<std::uint64_t>(i) + 1));
     });
-  });
-  std::vector<SeenFromBehind> seen(at(parts));
-  for (Index i = 0; i < mesh.patch_count(); ++i) {
-    if (part_of(i) < 0) continue;
-    SeenFromBehind& part = seen[at(part_of(i))];
-    part.directions += mesh.area(i);
-    for (const Index what : met[at(i)])
-      if (what != kBlack) (what == kFront ? part.fronts : part.backs_of[what]) += mesh.area(i) / kRays;
   }
-  return seen;
-}
 
-/// Parts whose backs get light: those that see fronts, then those that see such backs, and so on.
-std::vector<std::uint8_t> lit_from_behind(std::vector<SeenFromBehind> seen) {
-  constexpr double kMet = 0.01;
-  std::vector<std::uint8_t> lit(seen.size(), 0);
-  for (bool found = true; found;) {
-    found = false;
-    for (std::size_t p = 0; p < seen.size(); ++p) {
-      if (lit[p] != 0) continue;
-      double share = seen[p].fronts;
-      for (const auto& [other, backs] : seen[p].backs_of) share += lit[at(other)] != 0 ? backs : 0;
-      if (!(share > kMet * seen[p].directions)) continue;
-      lit[p] = 1;
-      found = true;
+  /// Per part whether light reaches its back: from fronts that emit or see other fronts, directly or by such backs. What lies
+  /// in the dark, such as the inside of an open tube and the floor under it, lights nothing.
+  const std::vector<std::uint8_t>& lit_parts() {
+    while (spread()) {
     }
+    return lit_part_;
   }
-  return lit;
-}
+
+ private:
+  void look_from_front(Index i, RandomStream random) {
+    std::vector<Index> backs;
+    lit_front_[at(i)] = emits(mesh_.material_of(i)) ? 1 : 0;
+    if (lit_front_[at(i)] != 0) return;
+    look(visibility_, i, 1, random, [&](std::size_t, const Visibility::Hit& hit) {
+      if (meets_back(hit) && part_[at(hit.patch)] >= 0) backs.push_back(part_[at(hit.patch)]);
+      lit_front_[at(i)] = meets_front(hit) ? 1 : 0;
+      return !meets_front(hit);
+    });
+    if (lit_front_[at(i)] == 0) backs_met_[at(i)] = std::move(backs);
+  }
+
+  void look_from_back(Index i, RandomStream random) {
+    std::vector<Met>& met = met_from_behind_[at(i)];
+    look(visibility_, i, -1, random, [&](std::size_t, const Visibility::Hit& hit) {
+      if (meets_front(hit)) met.push_back({hit.patch, -1});
+      if (meets_back(hit) && part_[at(hit.patch)] >= 0) met.push_back({-1, part_[at(hit.patch)]});
+      return true;
+    });
+  }
+
+  /// Whether light came any further.
+  bool spread() {
+    constexpr double kMet = 0.01;
+    bool further = false;
+    for (std::size_t i = 0; i < backs_met_.size(); ++i) {
+      if (lit_front_[i] != 0) continue;
+      lit_front_[i] = std::any_of(backs_met_[i].begin(), backs_met_[i].end(),
+                                  [&](Index part) { return lit_part_[at(part)] != 0; });
+      further = further || lit_front_[i] != 0;
+    }
+    std::vector<double> directions(lit_part_.size(), 0), lit(lit_part_.size(), 0);
+    for (Index i = 0; i < mesh_.patch_count(); ++i) {
+      const Index part = part_[at(i)];
+      if (part < 0 || lit_part_[at(part)] != 0) continue;
+      const auto count =
+          std::count_if(met_from_behind_[at(i)].begin(), met_from_behind_[at(i)].end(), [&](const Met& what) {
+            return what.front >= 0 ? lit_front_[at(what.front)] != 0 : lit_part_[at(what.part)] != 0;
+          });
+      directions[at(part)] += kRays * mesh_.area(i);
+      lit[at(part)] += static_cast<double>(count) * mesh_.area(i);
+    }
+    for (std::size_t p = 0; p < lit.size(); ++p) {
+      if (!(lit[p] > kMet * directions[p])) continue;
+      lit_part_[p] = 1;
+      further = true;
+    }
+    return further;
+  }
+
+  struct Met {
+    Index front;  ///< a patch, or −1:
+    Index part;   ///< of the back of a patch
+  };
+  const PatchMesh mesh_;
+  const Visibility visibility_;
+  std::vector<Index> part_;  // per patch
+  std::vector<std::uint8_t> lit_front_, lit_part_;
+  std::vector<std::vector<Index>> backs_met_;  // parts, by fronts that are not lit
+  std::vector<std::vector<Met>> met_from_behind_;
+};
 
 }  // namespace
 
@@ -259,7 +298,8 @@ DecidedSides decide_sides(const Scene& scene, std::uint64_t seed) {
   for (Index p = 0; p < parts; ++p) decided.solids += asked[at(p)] != 0 && surface.closed[at(p)] != 0 ? 1 : 0;
   if (std::all_of(open_part.begin(), open_part.end(), [](Index part) { return part < 0; })) return decided;
 
-  const std::vector<std::uint8_t> lit = lit_from_behind(look_from_behind(scene, open_part, parts, seed));
+  FromBehind from_behind(scene, open_part, parts, seed);
+  const std::vector<std::uint8_t>& lit = from_behind.lit_parts();
   std::vector<std::uint8_t> two_sided(open_part.size());
   for (Index f = 0; f < scene.face_count(); ++f) {
     const bool gets_back = open_part[at(f)] >= 0 && lit[at(open_part[at(f)])] != 0;

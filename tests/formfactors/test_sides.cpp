@@ -137,9 +137,22 @@ TEST_F(SidesTest, ASheetThatNothingSeesFromBehindStaysOneSided) {
   EXPECT_FALSE(decided.scene.two_sided(0));
 }
 
-// The front of the lowest sheet lights the back over it, and only that lights the back beside the first.
+// Inside of the box without a bottom it is dark, although the floor under it is a front.
+TEST_F(SidesTest, ABoxWithoutABottomOnTheFloorStaysOneSided) {
+  box({0, 0, 0}, {4, 4, 3}, true);
+  box({1, 1, 0}, {2, 2, 1}, false);
+  arrays_.corners.erase(arrays_.corners.begin() + 24, arrays_.corners.begin() + 28);  // face 6, the bottom
+  arrays_.face_start.pop_back();
+  arrays_.face_material.pop_back();
+  const DecidedSides decided = decide_sides(scene(Sides::automatic));
+  EXPECT_EQ(decided.sheets, 0);
+  EXPECT_EQ(decided.unseen_sheets, 1);
+  EXPECT_EQ(decided.solids, 1);
+}
+
+// The lamp lights the back over it, and only that lights the back beside the lamp.
 TEST_F(SidesTest, BacksThatOnlySeeSuchBacksGetTheirs) {
-  sheet(0, 0, 1, 1, 0, true, kWall);
+  sheet(0, 0, 1, 1, 0, true, kLamp);
   sheet(1.5, 0, 2.5, 1, 0, false, kSheet);
   sheet(0, 0, 2.5, 1, 1, true, kSheet);
   const DecidedSides decided = decide_sides(scene(Sides::front, Sides::automatic));

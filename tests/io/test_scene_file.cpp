@@ -294,7 +294,8 @@ class PatternTest : public SceneFileTest {
   /// Reflectances of the four materials.
   std::vector<double> reflectances(const std::string& text) const {
     std::vector<double> result;
-    for (const Material& material : read(text).scene.materials()) result.push_back(material.reflectance[0]);
+    const LoadedScene loaded = read(text);
+    for (const Material& material : loaded.scene.materials()) result.push_back(material.reflectance[0]);
     return result;
   }
 };

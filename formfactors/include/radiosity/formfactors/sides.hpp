@@ -40,8 +40,9 @@ struct DecidedSides {
   Index solids = 0;         ///< closed parts, which keep one side
 };
 
-/// An open part of the surface (see surface_parts) gets backs where more than 1 % of the directions from behind it meet fronts, or backs
-/// that are given to other parts. Closed parts keep one side: behind their fronts is matter, or the outside of the room.
+/// An open part of the surface (see surface_parts) gets backs where more than 1 % of the directions from behind it meet fronts that emit
+/// or see other fronts, or backs that are given to other parts. Closed parts keep one side: behind their fronts is matter, or the
+/// outside of the room.
 DecidedSides decide_sides(const Scene& scene, std::uint64_t seed = 1);
 
 }  // namespace radiosity
