@@ -122,18 +122,21 @@ std::string percent(double share) {
   return share < 0.1 ? fmt::format("{:.2g} %", 100 * share) : fmt::format("{:.0f} %", 100 * share);
 }
 
-/// "'leaf' 5 %, 'wall' 2 %", the largest first.
+constexpr double kWorthAWord = 0.01;
+
+/// "'leaf' 5 %, 'wall' 2 %": the largest, and others that are worth a word.
 std::string name_shares(const std::vector<double>& shares, const PatchMesh& mesh) {
   constexpr std::size_t kNamed = 5;
-  constexpr double kNoise = 0.001;
   std::vector<std::size_t> order(shares.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return shares[a] > shares[b]; });
   std::string text;
-  for (std::size_t k = 0; k < std::min(kNamed, order.size()) && shares[order[k]] > kNoise; ++k)
+  for (std::size_t k = 0; k < std::min(kNamed, order.size()); ++k) {
+    if (k > 0 && shares[order[k]] <= kWorthAWord) break;
     text += fmt::format("{}'{}' {}", k == 0 ? "" : ", ", mesh.materials()[order[k]].name,
                         percent(shares[order[k]]));
+  }
   return text;
 }
 
@@ -162,7 +165,6 @@ SeenSides seen_sides(const Visibility& visibility, std::uint64_t seed) {
 }
 
 std::vector<std::string> side_warnings(const SeenSides& seen, const PatchMesh& mesh) {
-  constexpr double kWorthAWord = 0.01;
   if (seen.look_outwards)
     return {fmt::format(
         "the fronts look outwards: {:.0f} % of the area sees no other front; flip = true in a scene file "
@@ -181,8 +183,8 @@ std::vector<std::string> side_warnings(const SeenSides& seen, const PatchMesh& m
   const auto most = static_cast<std::size_t>(std::max_element(shares.begin(), shares.end()) - shares.begin());
   const bool decided = mesh.materials()[most].sides == Sides::automatic;
   return {
-      fmt::format("{} ends on backs, which are black: {}; where they should not be, sides = {} in "
-                  "[materials.NAME] of a scene file gives them a second side",
+      fmt::format("{} ends on backs, which are black: {}; sides = {} in [materials.NAME] of a scene file "
+                  "makes them two-sided",
                   what, name_shares(shares, mesh), decided ? "\"both\"" : "\"both\" or \"auto\"")};
 }
 

@@ -99,6 +99,7 @@ class ObjReader {
   std::vector<std::size_t> face_uses_;  ///< per face, its number in uses_
   std::map<std::string, Finish> finishes_;
   std::vector<std::string> finish_order_;
+  std::vector<std::string> without_kd_;
   MaterialNumbers numbers_;
   std::set<fs::path> libraries_;
   std::vector<std::string> missing_libraries_;  ///< "'room.mtl' (line 3) does not exist"
@@ -250,7 +251,7 @@ BandValues ObjReader::reflectance(const std::string& name, const Finish& finish)
   if (finish.kd && texture) return *finish.kd * *texture;
   if (finish.kd) return *finish.kd;
   if (texture) return *texture;
-  mesh_.warnings.push_back(fmt::format("material '{}' has no Kd: its reflectance is 0", name));
+  without_kd_.push_back(name);
   return BandValues::Zero(1);
 }
 
@@ -296,6 +297,11 @@ void ObjReader::warn() {
     warnings.push_back(fmt::format("{} of {} faces have no material: they get '{}'", unnamed_,
                                    face_lines_.size(), kDefaultMaterial));
   for (const auto& library : missing_libraries_) warnings.push_back(library);
+  if (without_kd_.size() == 1)
+    warnings.push_back(fmt::format("material '{}' has no Kd: its reflectance is 0", without_kd_[0]));
+  else if (!without_kd_.empty())
+    warnings.push_back(fmt::format("{} materials have no Kd: their reflectance is 0: {}", without_kd_.size(),
+                                   name_some(without_kd_)));
   if (!unread_textures_.empty())
     warnings.push_back(fmt::format(
         "{} of {} textures (map_Kd) cannot be read: reflectances are Kd alone there; the first is '{}'{}",
