@@ -36,8 +36,8 @@ void print_materials(const Console& console, const Scene& scene) {
   for (Index m = 0; m < static_cast<Index>(scene.materials().size()); ++m) {
     const Material& material = scene.materials()[static_cast<std::size_t>(m)];
     rows.push_back({material.name, fmt::format("{}", faces[static_cast<std::size_t>(m)]),
-                    fmt::format("{:.4g}", scene.material_area(m)),
-                    sides_text(material.sides), band_text(material.reflectance),
+                    fmt::format("{:.4g}", scene.material_area(m)), sides_text(material.sides),
+                    band_text(material.reflectance),
                     band_text(material.emission) + (material.emits_power ? " W" : " W/m²")});
   }
   std::vector<std::size_t> widths(rows.front().size());

@@ -158,8 +158,7 @@ class SceneBuilder {
                                                       : source.emission);
     material.sides = own && own->sides ? *own->sides : settings_.sides.value_or(source.sides);
     // The back of a lamp glows only if somebody says so.
-    if (material.sides == Sides::automatic && (material.emission > 0).any())
-      material.sides = Sides::front;
+    if (material.sides == Sides::automatic && (material.emission > 0).any()) material.sides = Sides::front;
     return material;
   }
 
@@ -181,7 +180,7 @@ class SceneBuilder {
     for (std::size_t m = 0; m < materials.size(); ++m) {
       if (!materials[m].emits_power) continue;
       const MaterialSetting* const own = setting(materials[m].name);
-      if (!(area(m) > 0))
+      if (!(areas[own] > 0))
         throw InputError(fmt::format("{}:{}: material '{}': its faces have no area to spread the power over",
                                      file_.string(), own->power->line, materials[m].name));
       materials[m].emission *= area(m) / areas[own];

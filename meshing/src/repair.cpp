@@ -182,9 +182,7 @@ Surface repair(const Scene& scene, Repairs& repairs, std::vector<std::string>& w
   std::vector<Index> degenerate, duplicate, unwound, loop;
   MaterialPairs other_material;
   std::unordered_map<std::vector<Index>, Index, LoopHash> seen;
-  const auto two_sided = [&](Index f) {
-    return scene.materials()[at(scene.material(f))].sides == Sides::both;
-  };
+  const auto two_sided = [&](Index f) { return scene.two_sided(f); };
   // A face with two sides is the same either way round.
   const auto earlier = [&](Index f) -> std::optional<Index> {
     if (const auto found = seen.find(canonical(loop)); found != seen.end()) return found->second;

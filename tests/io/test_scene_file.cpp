@@ -328,10 +328,13 @@ TEST_F(PatternTest, APatternThatFitsNothingIsAnError) {
               AllOf(StartsWith("scene.toml:4"), HasSubstr("no face"), HasSubstr("'Holz*'")));
 }
 
-TEST_F(PatternTest, PowerIsSpreadOverAllFacesThatThePatternServes) {
-  // Glas, Glas_1 and Glas_12 have 1 + 2 + 3 m²: 12 W make 2 W/m² on each.
+TEST_F(PatternTest, PowerIsThatOfAllFacesThatThePatternServes) {
+  // Glas, Glas_1 and Glas_12 have 1 + 2 + 3 m²: each m² emits 2 of 12 W.
   const LoadedScene loaded = read("[materials.\"Glas*\"]\npower = 12\n[materials.Wand]\nreflectance = 0.5\n");
-  for (std::size_t m = 0; m < 3; ++m) EXPECT_DOUBLE_EQ(loaded.scene.materials()[m].emission[0], 2);
+  for (std::size_t m = 0; m < 3; ++m) {
+    EXPECT_TRUE(loaded.scene.materials()[m].emits_power);
+    EXPECT_DOUBLE_EQ(loaded.scene.materials()[m].emission[0], 2 * static_cast<double>(m + 1));
+  }
 }
 
 TEST_F(PatternTest, SetUpsTakePatternsToo) {
