@@ -51,6 +51,16 @@ void for_each_row(Index n, F&& f) {
   });
 }
 
+// What a method must never give; found here and not in the light.
+void require_factors(Index i, std::span<const Index> columns, std::span<const double> values) {
+  for (std::size_t k = 0; k < values.size(); ++k)
+    if (!(values[k] >= 0 && std::isfinite(values[k])))
+      throw InputError(fmt::format(
+          "form factor from patch {} to patch {}: {} is not a share of light; the shape of one of "
+          "them is beyond what double precision tells",
+          i, columns[k], values[k]));
+}
+
 struct Computed {
   RowList rows;
   std::vector<double> escaped;  // as the method saw it; negative: it cannot tell
@@ -71,6 +81,7 @@ Computed compute_rows(const FormFactorMethod& method, Index n, bool upper, const
     const Index last = std::min(n, first + kBlock);
     method.rows(first, last, upper,
                 [&](Index i, std::span<const Index> columns, std::span<const double> values, double escaped) {
+                  require_factors(i, columns, values);
                   Row& row = out.rows[at(i)];
                   row.resize(values.size());
                   for (std::size_t k = 0; k < row.size(); ++k) row[k] = {columns[k], stored(values[k])};
@@ -402,6 +413,12 @@ double not_lost(double e) {
   return 1 - e > 1e-9 ? 1 - e : 0;
 }
 
+[[noreturn]] void throw_not_finite(const Eigen::ArrayXd& sums) {
+  Index i = 0;
+  while (std::isfinite(sums[i])) ++i;
+  throw InputError(fmt::format("form factors of patch {}: they add up to {}", i, sums[i]));
+}
+
 // Share of the directions from each patch that is lost through open sides or on the backs of patches.
 std::vector<double> probe_escape(const Visibility& visibility, std::uint64_t& rays) {
   constexpr Index kProbes = 256;
@@ -589,12 +606,13 @@ FormFactorMatrix assemble(const FormFactorMethod& method, const Visibility& visi
   const Eigen::ArrayXd seeing = (sums != 0).cast<double>() * areas;
   facts.escaped_mean = seeing.sum() > 0 ? (lost * seeing).sum() / seeing.sum() : 0;
 
-  if (facts.closed_rows && facts.after.closure_error_max > 1e-3) {
+  if (!sums.isFinite().all()) throw_not_finite(sums);
+  if (facts.closed_rows && facts.after.closure_error_mean > 1e-3) {
     facts.warnings.push_back(
-        fmt::format("rows of F could not be scaled to their sums: the largest error left is {:.2g}; patches "
-                    "that nearly only see "
-                    "each other do not agree on what they exchange",
-                    facts.after.closure_error_max));
+        fmt::format("patches do not agree on what they exchange: {:.2g} % of what leaves them, on average, "
+                    "could not be placed and "
+                    "stays where it is; the error estimate takes it into account",
+                    100 * facts.after.closure_error_mean));
   }
   if (report != nullptr) *report = std::move(facts);
   return FormFactorMatrix(std::move(packed));

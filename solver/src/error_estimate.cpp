@@ -300,10 +300,11 @@ std::optional<ErrorEstimate> estimate_error(const SolvedProblem& problem) try {
   }
   const std::unique_ptr<Coarser> twice = twice_the_size(problem, options, out.notes);
   const Noise noise = form_factor_error(problem, *method, twice.get());
-  out.form_factors = std::sqrt(noise.relative_square.maxCoeff());
+  const double unrestored = problem.unrestored * problem.unrestored;
+  out.form_factors = std::sqrt(noise.relative_square.maxCoeff() + unrestored);
 
   const BandArray reflected = radiosity - mesh.emission();
-  Eigen::ArrayXd square = noise.relative_square + out.solver * out.solver;
+  Eigen::ArrayXd square = noise.relative_square + unrestored + out.solver * out.solver;
   out.per_patch = noise.per_patch.square() + (out.solver * reflected).square();
   if (twice) {
     const PatchError patches = patch_error(problem, *twice, options, noise.relative_square, noisier);

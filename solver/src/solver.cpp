@@ -264,6 +264,12 @@ SolveResult Solver::solve(const RadiositySystem& given, const SolverOptions& opt
     }
     return false;
   });
+  if (stored && (state.radiosity < system.emission()).any()) {
+    // No light is negative, B ≥ E. A gathering step from the nearest B of which that holds ends at another, as F ≥ 0 and ρ ≥ 0.
+    BandArray gathered;
+    system.form_factors().multiply(state.radiosity.max(system.emission()), gathered);
+    state.radiosity = system.emission() + system.reflectance() * gathered;
+  }
   bands.restore(scaling.apply(state.radiosity, 1), result.radiosity);
   if (!result.radiosity.isFinite().all()) {
     throw InputError(fmt::format(

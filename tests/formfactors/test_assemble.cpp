@@ -294,5 +294,70 @@ TEST_P(Assembly, ReportsPatchesThatSeeNothing) {
   EXPECT_FALSE(a.report.warnings.empty());
 }
 
+/// Rows as given, that claim to be sampled.
+class GivenRows final : public FormFactorMethod {
+ public:
+  explicit GivenRows(Eigen::MatrixXd f) : f_(std::move(f)) {}
+  void rows(Index first, Index last, bool, const Sink& sink) const override {
+    std::vector<Index> columns;
+    std::vector<double> values;
+    for (Index i = first; i < last; ++i) {
+      columns.clear();
+      values.clear();
+      for (Index j = 0; j < f_.cols(); ++j) {
+        if (f_(i, j) == 0) continue;
+        columns.push_back(j);
+        values.push_back(f_(i, j));
+      }
+      sink(i, columns, values, 0);
+    }
+  }
+  bool reciprocal() const override { return false; }
+  bool exact() const override { return false; }
+  std::uint64_t rays() const override { return 0; }
+  FormFactorOptions options() const override { return {}; }
+  double grain() const override { return 1e-6; }
+  Index max_entries_per_row() const override { return static_cast<Index>(f_.cols()); }
+
+ private:
+  Eigen::MatrixXd f_;
+};
+
+TEST(Restoring, DoesNotBendTheOtherRowsToFitOneThatContradictsThem) {
+  // Patches 0 and 1 claim to see nothing but each other; the others say what is true. The mean of both claims takes half of what
+  // they send to these two, s, from their rows, and to restore those takes factors of 1/(1 − s/2) from either end.
+  const MethodSetup setup(cube_room(3), find_form_factor_method("analytic"));
+  const Eigen::MatrixXd exact = setup.raw().f;
+  Eigen::MatrixXd f = exact;
+  f.topRows(2).setZero();
+  f(0, 1) = f(1, 0) = 1;
+  AssemblyReport report;
+  const Eigen::MatrixXd restored = as_dense(assemble(GivenRows(f), setup.visibility, {}, &report));
+  const Index others = setup.size() - 2;
+  const double kept = 1 - exact.bottomLeftCorner(others, 2).rowwise().sum().maxCoeff() / 2;
+  const Eigen::ArrayXXd before = exact.bottomRightCorner(others, others);
+  const Eigen::ArrayXXd after = restored.bottomRightCorner(others, others);
+  EXPECT_LT((before > 0).select(after / before.max(1e-300), 0.0).maxCoeff(), 1.05 / (kept * kept));
+  EXPECT_GT((before > 0).select(after / before.max(1e-300), 1.0).minCoeff(), 1 / 1.5);
+  EXPECT_LT((restored.rowwise().sum().array() - 1).abs().maxCoeff(), 1e-6);
+  EXPECT_GT(report.unrestored(), 0);
+  EXPECT_LT(report.unrestored(), 3.0 / static_cast<double>(setup.size()));
+}
+
+TEST(Restoring, RefusesFactorsThatAreNoNumbers) {
+  const MethodSetup setup(cube_room(1), find_form_factor_method("analytic"));
+  for (const double bad :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), -0.1}) {
+    Eigen::MatrixXd f = setup.raw().f;
+    f(2, 4) = bad;
+    try {
+      assemble(GivenRows(f), setup.visibility);
+      FAIL() << bad << " was taken for a form factor";
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find("from patch 2 to patch 4"), std::string::npos) << error.what();
+    }
+  }
+}
+
 }  // namespace
 }  // namespace radiosity::test

@@ -30,7 +30,7 @@ Estimated run(const Scene& scene, const PatchOptions& patch_options, std::string
   const RadiositySystem system(f, patches.mesh);
   const Solution solution = solve(*solver, system, patches.mesh);
   const auto estimate = estimate_error({scene, patches, visibility, info, options, AssemblyOptions{}, *solver,
-                                        SolverOptions{}, solution, assembly.lamps});
+                                        SolverOptions{}, solution, assembly.lamps, assembly.unrestored()});
   return {estimate.value(), std::move(patches), solution.radiosity};
 }
 

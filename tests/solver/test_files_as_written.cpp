@@ -126,5 +126,30 @@ TEST_P(FilesAsWritten, ThinGapsGiveTheLightOfContact) {
   }
 }
 
+TEST(Light, IsNeverNegativeHoweverEarlyTheSolverStops) {
+  // One of two rooms has no lamp: far from the door B is a small part of what the solver may err by.
+  const Scene both = two_furnished_rooms();
+  const Scene one = both.with_materials([&] {
+    std::vector<Material> materials = both.materials();
+    materials[3].emission.setZero();
+    materials[2].emission.setConstant(1e-9);
+    return materials;
+  }());
+  const MethodSetup setup(make_patches(one, PatchSize{3}).mesh, find_form_factor_method("hemisphere"));
+  const FormFactorMatrix f = assemble(*setup.method, setup.visibility);
+  BandArray emission = BandArray::Zero(setup.size(), 1);
+  for (Index i = 0; i < setup.size(); ++i)
+    if (setup.mesh.material(i) == 3 && setup.mesh.centroid(i).x() < 5) emission(i, 0) = 1e4;
+  const BandArray reflectance = BandArray::Constant(setup.size(), 1, 0.1);
+  for (const SolverInfo& solver : solvers())
+    for (const double tolerance : {0.1, 1e-2, 1e-3, 1e-4}) {
+      SolverOptions options;
+      options.tolerance = tolerance;
+      const SolveResult result = solver.make()->solve(
+          RadiositySystem(f, setup.mesh).with_bands(reflectance, emission, 1 - reflectance), options);
+      EXPECT_GE((result.radiosity - emission).minCoeff(), 0) << solver.name << ", tolerance " << tolerance;
+    }
+}
+
 }  // namespace
 }  // namespace radiosity::test

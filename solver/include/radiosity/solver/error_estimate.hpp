@@ -14,7 +14,7 @@ namespace radiosity {
 /// How far B is from the radiosities of the scene, averaged over each patch. Parts and total are relative to the light that was
 /// reflected, √(Σ A_i e_i² / Σ A_i (B_i − E_i)²), in the band where that is largest: what the lamps emit is no result.
 struct ErrorEstimate {
-  double form_factors = 0;        ///< noise and visibility of F
+  double form_factors = 0;        ///< noise and visibility of F, and what could not be restored of its rows
   std::optional<double> patches;  ///< B is constant on each patch; absent where no coarser mesh tells
   double solver = 0;              ///< what the residual leaves
   double total = 0;               ///< √(sum of squares)
@@ -36,7 +36,8 @@ struct SolvedProblem {
   const Solver& solver;
   SolverOptions solver_options;
   const Solution& solution;
-  Index lamps = 0;  ///< AssemblyReport::lamps
+  Index lamps = 0;        ///< AssemblyReport::lamps
+  double unrestored = 0;  ///< AssemblyReport::unrestored()
 };
 
 /// Estimates the error of a solution by solving three cheaper problems:
