@@ -264,7 +264,7 @@ SolveResult Solver::solve(const RadiositySystem& given, const SolverOptions& opt
     }
     return false;
   });
-  if (stored && (state.radiosity < system.emission()).any()) {
+  if (stored && (state.radiosity < 0).any()) {
     // No light is negative, B ≥ E. A gathering step from the nearest B of which that holds ends at another, as F ≥ 0 and ρ ≥ 0.
     BandArray gathered;
     system.form_factors().multiply(state.radiosity.max(system.emission()), gathered);
