@@ -60,8 +60,8 @@ void unwind_loops(MeshFile& mesh) {
   if (count == 0) return;
   geometry.corners = std::move(unwound.corners);
   geometry.face_start = std::move(unwound.face_start);
-  mesh.warnings.push_back(
-      fmt::format("{} faces walk round their loop more than once: one round is kept", count));
+  mesh.warnings.push_back(fmt::format("{} round more than once: one round is kept",
+                                      count == 1 ? "1 face walks" : fmt::format("{} faces walk", count)));
 }
 
 }  // namespace

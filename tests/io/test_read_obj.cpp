@@ -281,8 +281,7 @@ TEST_F(ObjWays, ALoopThatWalksRoundTwiceIsOneFace) {
       replaced(replaced(obj_, "f 5 6 7 8", "f 5 6 7 8 5 6 7 8"), "f 4 1 5 8", "f 4 1 5 8 4 1 5 8 4 1 5 8"));
   EXPECT_THAT(loaded.scene.corners(1), ElementsAre(4, 5, 6, 7));
   EXPECT_THAT(loaded.scene.corners(5), ElementsAre(3, 0, 4, 7));
-  EXPECT_THAT(loaded.warnings,
-              ElementsAre("2 faces walk round their loop more than once: one round is kept"));
+  EXPECT_THAT(loaded.warnings, ElementsAre("2 faces walk round more than once: one round is kept"));
 }
 
 TEST_F(ObjWays, ColoursOfNoMaterialAreNamed) {

@@ -64,7 +64,7 @@ double assembly_bytes(double patches, double entries);
 ///   S_ij = (F_ij + F_ji) / (1/A_i + 1/A_j),
 ///   S ← D S D   with D diagonal such that Σ_j S_ij = A_i (1 − escaped_i),
 /// a symmetric Sinkhorn scaling [Knight2008] that keeps zeros and signs; what remains goes to the matrix's
-/// diagonal. Rows of a method that cannot tell what escapes are scaled in closed scenes only.
+/// diagonal. Rows that would need more than tolerance::kMostScaling contradict others and are left out of it. Rows of a method that cannot tell what escapes are scaled in closed scenes only.
 FormFactorMatrix assemble(const FormFactorMethod& method, const Visibility& visibility,
                           const AssemblyOptions& options = {}, AssemblyReport* report = nullptr);
 
