@@ -30,6 +30,7 @@ struct ItemArrays {
   std::vector<double> x, y, z, nx, ny, nz, offset;
   std::array<std::vector<std::int32_t>, 4> corner;
   std::vector<std::int32_t> plane, content;
+  std::vector<std::int32_t> plane_of;  // of patches: the number of their facet
 };
 
 ItemArrays::ItemArrays(const Visibility& visibility) {
@@ -42,7 +43,7 @@ ItemArrays::ItemArrays(const Visibility& visibility) {
     y.push_back(p.y());
     z.push_back(p.z());
   }
-  std::vector<std::int32_t> plane_of(static_cast<std::size_t>(mesh.patch_count()));
+  plane_of.resize(static_cast<std::size_t>(mesh.patch_count()));
   for (const Facet& facet : visibility.facets()) {
     for (const Index i : facet.patches)
       plane_of[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(nx.size());
@@ -214,6 +215,7 @@ void Hemicube::rows(Index first, Index last, bool, const Sink& sink) const {
     }
     RandomStream random(seed_, static_cast<std::uint64_t>(i));
     const Vec3& n = mesh.normal(i);
+    const auto own = static_cast<std::size_t>(arrays_.plane_of[static_cast<std::size_t>(i)]);
     Vec3 t, b;
     tangents(n, t, b);
     for (const Viewpoint& point : viewpoints(mesh, i, points_)) {
@@ -223,7 +225,9 @@ void Hemicube::rows(Index first, Index last, bool, const Sink& sink) const {
       const Vec3 eye = visibility_.scaled(point.x);
       const item_buffer::View view{
           {eye.x(), eye.y(), eye.z()},
-          {across.x(), across.y(), across.z(), up.x(), up.y(), up.z(), n.x(), n.y(), n.z()}};
+          {across.x(), across.y(), across.z(), up.x(), up.y(), up.z(), n.x(), n.y(), n.z()},
+          own,
+          visibility_.facets()[own].back};
       item_buffer::draw(items, view, faces_.data(), resolution_, cells_, buffers);
       item_buffer::add_shares(item.data(), delta_.data(), cells_, point.weight, sums.data());
     }

@@ -178,7 +178,8 @@ void planes_to_local(const Items& items, const View& view, const Buffers& out) {
   for (std::size_t p = 0; p < items.planes; ++p) {
     const double nx = items.nx[p], ny = items.ny[p], nz = items.nz[p];
     const double d = items.offset[p] - nx * view.eye[0] - ny * view.eye[1] - nz * view.eye[2];
-    const bool edge_on = d <= tolerance::kOnPlane && d >= -tolerance::kOnPlane;
+    const bool edge_on =
+        p == view.own || p == view.back || (d <= tolerance::kOnPlane && d >= -tolerance::kOnPlane);
     const bool front = d < 0;
     // A wall without thickness shows each side its own front: at equal depth the front wins.
     const double nearer = edge_on ? 0 : (front ? 1.0 : 1.0 - static_cast<double>(tolerance::kDepthTie)) / d;

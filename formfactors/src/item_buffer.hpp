@@ -30,6 +30,8 @@ struct Items {
 struct View {
   double eye[3];
   double frame[9];
+  std::size_t own,
+      back;  // planes that hide nothing from the eye: those of its facet and of that facet's other side
 };
 
 /// One of the five faces. Cell (column, row) has its centre at (u, v) = (−1 + (column + ½) h, v0 + (row + ½) h),
