@@ -14,6 +14,9 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
+#include <ctime>
+#include <limits>
+#include <optional>
 #include <system_error>
 
 #include "radiosity/meshing/error.hpp"
@@ -83,6 +86,14 @@ constexpr int kDone = 0, kFailed = 3, kOutOfMemory = 4;
   }
 }
 
+/// CPU time of a process, seconds; 0 where there is no telling.
+double cpu_seconds(pid_t process) {
+  clockid_t clock{};
+  timespec time{};
+  if (clock_getcpuclockid(process, &clock) != 0 || clock_gettime(clock, &time) != 0) return 0;
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
 /// Waits for a child and takes what it writes.
 class Parent {
  public:
@@ -95,9 +106,13 @@ class Parent {
   Parent(const Parent&) = delete;
   Parent& operator=(const Parent&) = delete;
 
-  ChildResult result() {
+  /// Absent where the child does nothing at all for that many seconds.
+  std::optional<ChildResult> result(double patience) {
     ChildResult result{ChildEnd::done, {}};
-    while (result.end == ChildEnd::done && !read_some(result.bytes)) result.end = within_limits();
+    while (result.end == ChildEnd::done && !read_some(result.bytes)) {
+      result.end = within_limits();
+      if (idle() > patience) return {};
+    }
     if (result.end != ChildEnd::done) return result;
     const int status = wait();
     if (WIFEXITED(status) && WEXITSTATUS(status) == kOutOfMemory)
@@ -125,6 +140,16 @@ class Parent {
     return resident_bytes(child_) > before_ + limits_.bytes ? ChildEnd::out_of_memory : ChildEnd::done;
   }
 
+  /// Seconds since the child was last seen to work.
+  double idle() {
+    const auto now = Clock::now();
+    if (const double cpu = cpu_seconds(child_); cpu > cpu_) {
+      cpu_ = cpu;
+      worked_ = now;
+    }
+    return std::chrono::duration<double>(now - worked_).count();
+  }
+
   int wait() {
     int status = 0;  // and so it stays where the program ignores SIGCHLD, and the system does not keep it
     while (waitpid(child_, &status, 0) < 0 && errno == EINTR) {
@@ -138,14 +163,14 @@ class Parent {
   ChildLimits limits_;
   std::array<char, 65536> chunk_{};
   std::uint64_t before_ = resident_bytes(getpid());  // the child shares these pages
-  Clock::time_point start_ = Clock::now();
+  Clock::time_point start_ = Clock::now(), worked_ = start_;
+  double cpu_ = 0;
 };
-
-}  // namespace
 
 // Memory is watched rather than limited by setrlimit: the sanitizers reserve terabytes of addresses, and a library
 // that is refused memory may go on with half a result.
-ChildResult run_in_child(const std::function<std::string()>& work, const ChildLimits& limits) {
+std::optional<ChildResult> attempt(const std::function<std::string()>& work, const ChildLimits& limits,
+                                   double patience) {
   std::array<int, 2> ends{};
   if (pipe2(ends.data(), O_CLOEXEC) != 0) fail("no pipe to a child process");
   Descriptor out(ends[0]), in(ends[1]);
@@ -154,7 +179,19 @@ ChildResult run_in_child(const std::function<std::string()>& work, const ChildLi
   if (child < 0) fail("no child process");
   if (child == 0) be_child(work, in.number(), parent);
   in.close();
-  return Parent(child, out.number(), limits).result();
+  return Parent(child, out.number(), limits).result(patience);
+}
+
+}  // namespace
+
+// A lock that another thread holds at the fork is never released in the child, which then sleeps: allocators other than
+// glibc's have such locks, those of the sanitizers among them. The next child finds the lock free.
+ChildResult run_in_child(const std::function<std::string()>& work, const ChildLimits& limits) {
+  constexpr int kAttempts = 4;
+  constexpr double kPatience = 1;
+  for (int k = 1; k < kAttempts; ++k)
+    if (auto result = attempt(work, limits, kPatience)) return std::move(*result);
+  return *attempt(work, limits, std::numeric_limits<double>::infinity());
 }
 
 // Meshes take below 100 bytes for each byte of their file, and walls with openings in IFC below 20 s a megabyte;

@@ -86,8 +86,9 @@ struct ChildResult {
 };
 
 /// Does `work` in a child process, so that this one survives whatever it does, and returns its result. The child is
-/// a copy of this process with one thread only: the work must not need the others, and may print nothing. Throws
-/// IoError where there can be no child.
+/// a copy of this process with one thread only: the work must not need the others, and may print nothing. A child that
+/// does nothing is replaced by another, so that the work may begin several times. Throws IoError where there can be no
+/// child.
 ChildResult run_in_child(const std::function<std::string()>& work, const ChildLimits& limits);
 
 /// Limits for reading that many bytes: 1 GB and 100 bytes for each, 10 s and 20 s for each megabyte.

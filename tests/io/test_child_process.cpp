@@ -6,6 +6,8 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
+#include <future>
+#include <mutex>
 #include <thread>
 
 #include "files.hpp"
@@ -54,6 +56,26 @@ TEST(ChildProcess, EndsWorkThatTakesTooLong) {
       },
       {1'000'000'000, 0.2});
   EXPECT_EQ(result.end, ChildEnd::out_of_time);
+}
+
+TEST(ChildProcess, IsMadeAnewWhereItWaitsForALockThatAnotherThreadHeld) {
+  std::mutex mutex;
+  std::promise<void> held;
+  std::thread holder([&] {
+    const std::scoped_lock lock(mutex);
+    held.set_value();
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  });
+  held.get_future().wait();
+  const ChildResult result = run_in_child(
+      [&] {
+        const std::scoped_lock lock(mutex);
+        return std::string("done");
+      },
+      kAmple);
+  holder.join();
+  EXPECT_EQ(result.end, ChildEnd::done);
+  EXPECT_EQ(result.bytes, "done");
 }
 
 TEST(ChildProcess, PrintsNothing) {
