@@ -410,7 +410,7 @@ Scaling scaling_to_row_sums(const RowList& rows, const Eigen::ArrayXd& row_targe
 
 // 1 − e, or 0 where nothing but the rounding of the sum e is left.
 double not_lost(double e) {
-  return 1 - e > 1e-9 ? 1 - e : 0;
+  return 1 - e > tolerance::kNotLost ? 1 - e : 0;
 }
 
 [[noreturn]] void throw_not_finite(const Eigen::ArrayXd& sums) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "radiosity/meshing/tolerances.hpp"
@@ -110,8 +111,17 @@ void Occluders::sort_by_angle(Convex& polygon) {
     polygon.angles.push_back(angle < 0 ? angle + 2 * std::numbers::pi : angle);
   }
   polygon.angles[0] = 0;
-  if (!std::is_sorted(polygon.angles.begin(), polygon.angles.end()))
+  if (!std::is_sorted(polygon.angles.begin(), polygon.angles.end())) {
     polygon.angles.clear();  // as thin as rounding
+    return;
+  }
+  polygon.inner_radius = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < corners.size(); ++k) {
+    const Vec3 edge = corners[k + 1 == corners.size() ? 0 : k + 1] - corners[k];
+    if (edge.norm() > 0)
+      polygon.inner_radius =
+          std::min(polygon.inner_radius, edge.cross(polygon.middle - corners[k]).norm() / edge.norm());
+  }
 }
 
 // Inside the wedge from the middle round the points, the polygon ends at the edges that reach into the wedge.
@@ -310,6 +320,55 @@ Occluders::View Occluders::classify(const Vec3& x, Index j, std::span<const Vec3
   return narrow(std::span(&x, 1), q, scratch);
 }
 
+// Where x sees q through the polygon's plane, into cuts; true where that is all of q.
+bool Occluders::look_through(const Convex& polygon, const Vec3& x, std::span<const Vec3> q,
+                             std::vector<Vec3>& cuts) const {
+  const double hx = polygon.normal.dot(x) - polygon.offset;
+  cuts.clear();
+  for (const Vec3& y : q) {
+    const double hy = polygon.normal.dot(y) - polygon.offset;
+    if (std::abs(hx) > slack_ && (hx > 0 ? hy : -hy) < -slack_) cuts.push_back(x + hx / (hx - hy) * (y - x));
+  }
+  return cuts.size() == q.size();
+}
+
+// The candidate that many edges of may cut q, so that the pieces that they leave would be many. All of q is beyond it.
+Occluders::Round Occluders::find_round(const Vec3& x, std::span<const Vec3> q, Scratch& scratch) const {
+  constexpr std::size_t kManyEdges = 32;
+  Round round;
+  for (const int o : scratch.candidates) {
+    const Convex& polygon = polygons_[static_cast<std::size_t>(o)];
+    if (polygon.angles.size() <= kManyEdges || !look_through(polygon, x, q, scratch.cuts)) continue;
+    round.hides = round.hides || std::all_of(scratch.cuts.begin(), scratch.cuts.end(), [&](const Vec3& c) {
+                    return (c - polygon.middle).norm() <= polygon.inner_radius;
+                  });
+    if (round.polygon < 0 && edges_near(polygon, scratch.cuts).count > kManyEdges) round.polygon = o;
+  }
+  return round;
+}
+
+// What of q, all of it beyond the polygon, is hidden by it: the factor to the part of the polygon in front of q.
+double Occluders::hidden_point_factor(const Convex& polygon, const Vec3& x, const Vec3& n,
+                                      std::span<const Vec3> q, Scratch& scratch) const {
+  look_through(polygon, x, q, scratch.cuts);
+  const auto [first, number] = edges_near(polygon, scratch.cuts);
+  const std::size_t corners = polygon.corners.size();
+  auto& part = scratch.part;
+  part.clear();
+  for (std::size_t k = 0; k < std::min(number + 1, corners); ++k)
+    part.push_back(polygon.corners[(first + k) % corners]);
+  if (number < corners) part.push_back(polygon.middle);  // the sector that q is seen through
+  // q is counter-clockwise as seen from x.
+  for (std::size_t k = 0; k < q.size() && part.size() >= 3; ++k) {
+    const Vec3 normal = (q[k] - x).cross(q[k + 1 == q.size() ? 0 : k + 1] - x);
+    const double length = normal.norm();
+    if (!(length > 0)) continue;
+    split(part, normal / length, normal.dot(x) / length, 0, scratch.inside, scratch.outside);
+    part.swap(scratch.inside);
+  }
+  return part.size() < 3 ? 0 : std::abs(point_factor(x, n, part));
+}
+
 double Occluders::visible_point_factor(const Vec3& x, const Vec3& n, std::span<const Vec3> q, double all,
                                        Scratch& scratch) const {
   auto& pieces = scratch.pieces;
@@ -319,7 +378,10 @@ double Occluders::visible_point_factor(const Vec3& x, const Vec3& n, std::span<c
   pieces[0].assign(q.begin(), q.end());
   std::size_t count = 1;
   bool cut = false;
+  const auto [many, hides_all] = find_round(x, q, scratch);
+  if (hides_all) return 0;
   for (const int o : scratch.candidates) {
+    if (o == many) continue;
     const Convex& polygon = polygons_[static_cast<std::size_t>(o)];
     const double hx = polygon.normal.dot(x) - polygon.offset;
     if (std::abs(hx) <= slack_) continue;
@@ -328,15 +390,9 @@ double Occluders::visible_point_factor(const Vec3& x, const Vec3& n, std::span<c
     const double side = hx > 0 ? 1 : -1;
     shadow.clear();
     shadow.push_back({side * polygon.normal, side * polygon.offset});
-    // Where x sees q through the polygon's plane.
-    scratch.cuts.clear();
-    for (const Vec3& y : q) {
-      const double hy = polygon.normal.dot(y) - polygon.offset;
-      if (side * hy < -slack_) scratch.cuts.push_back(x + hx / (hx - hy) * (y - x));
-    }
     const std::size_t corners = polygon.corners.size();
     const auto [first, number] =
-        scratch.cuts.size() == q.size() ? edges_near(polygon, scratch.cuts) : Edges{0, corners};
+        look_through(polygon, x, q, scratch.cuts) ? edges_near(polygon, scratch.cuts) : Edges{0, corners};
     Vec3 a = polygon.corners[first] - x;
     for (std::size_t e = 0, k = first; e < number; ++e) {
       k = k + 1 == corners ? 0 : k + 1;
@@ -373,10 +429,15 @@ double Occluders::visible_point_factor(const Vec3& x, const Vec3& n, std::span<c
     count = kept;
     if (count == 0) return 0;
   }
-  if (!cut) return all;
+  if (!cut && many < 0) return all;
   double sum = 0;
-  for (std::size_t k = 0; k < count; ++k) sum += point_factor(x, n, pieces[k]);
-  return sum;
+  for (std::size_t k = 0; k < count; ++k) {
+    const double whole = cut ? point_factor(x, n, pieces[k]) : all;
+    sum += whole;
+    if (many >= 0)
+      sum -= hidden_point_factor(polygons_[static_cast<std::size_t>(many)], x, n, pieces[k], scratch);
+  }
+  return many >= 0 && sum < tolerance::kFactorRounding ? 0 : sum;
 }
 
 }  // namespace radiosity

@@ -36,7 +36,7 @@ class Occluders {
     };
     std::vector<Plane> shaft, shadow;
     std::vector<std::vector<Vec3>> pieces, next;
-    std::vector<Vec3> inside, outside, cuts;
+    std::vector<Vec3> inside, outside, cuts, part;
   };
 
   enum class View { free, hidden, partial, crowded };
@@ -73,6 +73,7 @@ class Occluders {
     /// Of polygons with many corners: those by angle about the middle, so that a search finds the edges a point is near to.
     std::vector<double> angles = {};  ///< relative to the first corner's, ascending
     Vec3 middle = Vec3::Zero(), u = Vec3::Zero(), v = Vec3::Zero();
+    double inner_radius = 0;  ///< of a circle about the middle within it
   };
   /// Edges `first`, first + 1, …, modulo the number of corners.
   struct Edges {
@@ -96,6 +97,15 @@ class Occluders {
   void make_shaft(std::span<const Vec3> p, std::span<const Vec3> q, Scratch& scratch) const;
   bool in_shaft(const Convex& polygon, const Scratch& scratch) const;
   bool hides(const Convex& polygon, std::span<const Vec3> p, std::span<const Vec3> q) const;
+  bool look_through(const Convex& polygon, const Vec3& x, std::span<const Vec3> q,
+                    std::vector<Vec3>& cuts) const;
+  struct Round {
+    int polygon = -1;    ///< none
+    bool hides = false;  ///< one of them hides all of q
+  };
+  Round find_round(const Vec3& x, std::span<const Vec3> q, Scratch& scratch) const;
+  double hidden_point_factor(const Convex& polygon, const Vec3& x, const Vec3& n, std::span<const Vec3> q,
+                             Scratch& scratch) const;
 
   double slack_;
   bool usable_ = false;

@@ -185,17 +185,20 @@ double element_to_disc(double a, double h, double r) {
 
 TEST(Analytic, SeesPastARoundScreenOfManyCorners) {
   // Above a small patch at z = 0 a screen of radius r at z = 1, above that 8 × 8 patches of a square of side 8 at z = 2, whose
-  // middle it hides: from the origin a disc of twice the radius, displaced by twice the way.
-  constexpr int kCorners = 720;
+  // middle it hides: from the origin a disc of twice the radius, displaced by twice the way. At z = 1.5 a second screen
+  // of few corners lies in the shadow of the first.
   for (const double r : {0.2, 0.9})
     for (const double a : {0.0, 0.1, 0.95}) {
       constexpr double kSide = 1e-4;
       MeshBuilder builder;
       builder.grid({-kSide / 2, -kSide / 2, 0}, kSide * Vec3::UnitX(), kSide * Vec3::UnitY(), 1, 1);
-      std::vector<Vec3> ring;
-      for (int k = 0; k < kCorners; ++k)
-        ring.emplace_back(a + r * std::cos(2 * pi * k / kCorners), -r * std::sin(2 * pi * k / kCorners), 1);
-      builder.polygon(ring);
+      for (const auto& [scale, corners] : {std::pair(1.0, 720), std::pair(1.5, 12)}) {
+        std::vector<Vec3> ring;
+        for (int k = 0; k < kCorners; ++k)
+          ring.emplace_back(
+              scale * Vec3(a + r * std::cos(2 * pi * k / kCorners), -r * std::sin(2 * pi * k / kCorners), 1));
+        builder.polygon(ring);
+      }
       builder.grid({-4, -4, 2}, 8 * Vec3::UnitY(), 8 * Vec3::UnitX(), 8, 8);
       const PatchMesh mesh = builder.build();
       const Eigen::MatrixXd f = MethodSetup(mesh, find_form_factor_method("analytic")).raw().f;
@@ -205,6 +208,7 @@ TEST(Analytic, SeesPastARoundScreenOfManyCorners) {
       }();
       const double to_screen = element_to_disc(a, 1, r);
       EXPECT_NEAR(f(0, 1), to_screen, 1e-4 * to_screen);
+      EXPECT_NEAR(f(0, 2), 0, 1e-4 * to_screen);
       EXPECT_NEAR(f.row(0).tail(64).sum(), to_square - to_screen, 1e-4 * to_square)
           << "r " << r << ", a " << a;
     }

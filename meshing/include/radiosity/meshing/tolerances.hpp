@@ -103,4 +103,10 @@ inline constexpr double kMostScaling = 1.5;
 /// Nothing escapes when the area-weighted mean of 1 − Σ_j F_ij is below this: rounding of single precision row sums.
 inline constexpr double kNoEscape = 1e-6;
 
+/// What is left of 1 minus the sum of a row's parts is rounding below this.
+inline constexpr double kNotLost = 1e-9;
+
+/// A form factor that is a difference of sums over some thousand edges is rounding below this.
+inline constexpr double kFactorRounding = 1e-12;
+
 }  // namespace radiosity::tolerance
