@@ -194,9 +194,9 @@ TEST(Analytic, SeesPastARoundScreenOfManyCorners) {
       builder.grid({-kSide / 2, -kSide / 2, 0}, kSide * Vec3::UnitX(), kSide * Vec3::UnitY(), 1, 1);
       for (const auto& [scale, corners] : {std::pair(1.0, 720), std::pair(1.5, 12)}) {
         std::vector<Vec3> ring;
-        for (int k = 0; k < kCorners; ++k)
+        for (int k = 0; k < corners; ++k)
           ring.emplace_back(
-              scale * Vec3(a + r * std::cos(2 * pi * k / kCorners), -r * std::sin(2 * pi * k / kCorners), 1));
+              scale * Vec3(a + r * std::cos(2 * pi * k / corners), -r * std::sin(2 * pi * k / corners), 1));
         builder.polygon(ring);
       }
       builder.grid({-4, -4, 2}, 8 * Vec3::UnitY(), 8 * Vec3::UnitX(), 8, 8);
