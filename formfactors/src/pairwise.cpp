@@ -139,6 +139,9 @@ PairwisePatches pairwise_patches(const FormFactorMethod& method, const Visibilit
                                  std::span<const double> row_sums) {
   const PatchMesh& mesh = visibility.mesh();
   const std::size_t most = most_of_a_kind(mesh.patch_count());
+  const double pairs =
+      0.5 * static_cast<double>(mesh.patch_count()) * static_cast<double>(mesh.patch_count() - 1);
+  const std::string analytic = fmt::format("method analytic (all {:.2g} pairs)", pairs);
   PairwisePatches out;
   const auto make_factors = [&] {
     if (!out.factors) out.factors = std::make_unique<PairFactors>(visibility, kPairwiseSamples, 1);
@@ -148,25 +151,24 @@ PairwisePatches pairwise_patches(const FormFactorMethod& method, const Visibilit
   if (lamps.size() > most) {
     const FaintLamps found = faint_lamps(mesh, lamps, method.grain());
     if (found.faint > 0)
-      out.warnings.push_back(fmt::format(
-          "{} of {} surfaces that emit are so small that what single patches receive from them is noise (18 "
-          "% "
-          "and "
-          "more), and their patches are too many to be computed pair by pair ({} of {}, at most {}); more "
-          "samples, "
-          "fewer patches on lamps or method analytic tell them",
-          found.faint, found.lamps, lamps.size(), mesh.patch_count(), most));
+      out.warnings.push_back(
+          fmt::format("{} of {} surfaces that emit are so small that what single patches receive from them "
+                      "is noise (18 % and "
+                      "more), and their patches are too many to be computed pair by pair ({} of {}, at most "
+                      "{}); more samples, "
+                      "fewer patches on lamps or {} tell them",
+                      found.faint, found.lamps, lamps.size(), mesh.patch_count(), most, analytic));
     lamps.clear();
   }
   out.lamps = static_cast<Index>(lamps.size());
 
   std::vector<Index> near = near_patches(visibility);
   if (near.size() > most) {
-    out.warnings.push_back(fmt::format(
-        "{} patches lie nearer than {:.2g} m in front of others, where rays and cells start on the wrong "
-        "side; their "
-        "factors are wrong, and they are too many to be computed pair by pair (method analytic is right)",
-        near.size(), tolerance::kNearPlane * mesh.diagonal()));
+    out.warnings.push_back(
+        fmt::format("{} patches lie nearer than {:.2g} m in front of others, where rays and cells start on "
+                    "the wrong side; their "
+                    "factors are wrong, and they are too many to be computed pair by pair; {} tells them",
+                    near.size(), tolerance::kNearPlane * mesh.diagonal(), analytic));
     near.clear();
   }
 
@@ -181,10 +183,11 @@ PairwisePatches pairwise_patches(const FormFactorMethod& method, const Visibilit
   if (unanswered.size() > most)
     std::erase_if(unanswered, [&](Index i) { return row_sums[static_cast<std::size_t>(i)] == 0; });
   if (unanswered.size() > most) {
-    out.warnings.push_back(fmt::format(
-        "{} patches see so little that their factors are noise, and they are too many to be computed pair by "
-        "pair; more samples or method analytic tell them",
-        unanswered.size()));
+    out.warnings.push_back(
+        fmt::format("{} patches see so little that their factors are noise, and they are too many to be "
+                    "computed pair by pair; "
+                    "more samples or {} tell them",
+                    unanswered.size(), analytic));
     unanswered.clear();
   }
   out.misjudged = united(near, unanswered);
