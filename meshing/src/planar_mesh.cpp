@@ -81,21 +81,15 @@ class Mesher {
     }
     const Buckets kept(*this, spacing, clearance);
     const double row_height = spacing * std::sqrt(0.75);
-    const auto first_row = static_cast<long>(std::ceil((lower.y() - phase.y()) / row_height));
-    const auto last_row = static_cast<long>(std::floor((upper.y() - phase.y()) / row_height));
     std::vector<Vec2> added;
-    Face hint;
-    for (long row = first_row; row <= last_row; ++row) {
+    for (const auto& [row, from, to] : inner_intervals(phase.y(), row_height)) {
       const double y = phase.y() + static_cast<double>(row) * row_height;
       const double start = phase.x() + (row % 2 == 0 ? 0.5 : 0.0) * spacing;
-      const auto first = static_cast<long>(std::ceil((lower.x() - start) / spacing));
-      const auto last = static_cast<long>(std::floor((upper.x() - start) / spacing));
+      const auto first = static_cast<long>(std::ceil((from - start) / spacing));
+      const auto last = static_cast<long>(std::floor((to - start) / spacing));
       for (long column = first; column <= last; ++column) {
         const Vec2 p(start + static_cast<double>(column) * spacing, y);
-        if (!kept.clear(p)) continue;
-        hint = triangulation_.locate(Point(p.x(), p.y()), hint);
-        if (hint != nullptr && !triangulation_.is_infinite(hint) && hint->info().region == Region::inside)
-          added.push_back(p);
+        if (kept.clear(p)) added.push_back(p);
       }
     }
     Face near;
@@ -165,46 +159,73 @@ class Mesher {
     return order;
   }
 
+  /// Where the line y = phase + row · height runs inside the boundary.
+  struct Interval {
+    long row;
+    double from, to;
+  };
+
+  /// By row, then from left to right. Where a row meets a boundary edge is asked of the edge, so that a long face across the
+  /// axes costs what its boundary and its inside ask for, and not what the box around it would.
+  std::vector<Interval> inner_intervals(double phase, double height) const {
+    std::vector<std::pair<long, double>> crossings;
+    for (const auto& [i, j] : boundary_) {
+      Vec2 a = points_[at(i)], b = points_[at(j)];
+      if (a.y() > b.y()) std::swap(a, b);
+      // Edges are half open: a row through a corner meets one of two edges that go on upwards or downwards there.
+      const auto row_at_or_above = [&](double y) {
+        return static_cast<long>(std::ceil((y - phase) / height));
+      };
+      for (long row = row_at_or_above(a.y()); row < row_at_or_above(b.y()); ++row) {
+        const double y = phase + static_cast<double>(row) * height;
+        crossings.emplace_back(row, a.x() + (y - a.y()) / (b.y() - a.y()) * (b.x() - a.x()));
+      }
+    }
+    std::sort(crossings.begin(), crossings.end());
+    std::vector<Interval> intervals;
+    for (std::size_t k = 0; k + 1 < crossings.size(); k += 2)
+      intervals.push_back({crossings[k].first, crossings[k].second, crossings[k + 1].second});
+    return intervals;
+  }
+
   /// Kept edges by square cells of one spacing.
   class Buckets {
    public:
-    Buckets(const Mesher& mesher, double cell, double clearance) : clearance_(clearance), cell_(cell) {
-      lower_ = mesher.points_[at(mesher.boundary_[0][0])];
-      Vec2 upper = lower_;
+    Buckets(const Mesher& mesher, double cell, double clearance)
+        : clearance_(clearance), cell_(cell), origin_(mesher.points_[at(mesher.boundary_[0][0])]) {
+      const Vec2 reach = Vec2::Constant(clearance);
       for (const Edges edges : {mesher.boundary_, mesher.lines_})
         for (const auto& [a, b] : edges) {
           const Vec2 &p = mesher.points_[at(a)], &q = mesher.points_[at(b)];
-          segments_.push_back({p, q});
-          lower_ = lower_.cwiseMin(p.cwiseMin(q));
-          upper = upper.cwiseMax(p.cwiseMax(q));
+          const Cell from = cell_of(p.cwiseMin(q) - reach), to = cell_of(p.cwiseMax(q) + reach);
+          for (Cell c = from; c[1] <= to[1]; ++c[1])
+            for (c[0] = from[0]; c[0] <= to[0]; ++c[0]) segments_.push_back({c, p, q});
         }
-      columns_ = index(upper.x() - lower_.x()) + 1;
-      rows_ = index(upper.y() - lower_.y()) + 1;
-      cells_.resize(static_cast<std::size_t>(columns_ * rows_));
-      for (std::size_t s = 0; s < segments_.size(); ++s) {
-        const Vec2 reach = Vec2::Constant(clearance);
-        const Vec2 from = segments_[s][0].cwiseMin(segments_[s][1]) - reach - lower_;
-        const Vec2 to = segments_[s][0].cwiseMax(segments_[s][1]) + reach - lower_;
-        for (long y = std::max(0L, index(from.y())); y <= std::min(rows_ - 1, index(to.y())); ++y)
-          for (long x = std::max(0L, index(from.x())); x <= std::min(columns_ - 1, index(to.x())); ++x)
-            cells_[static_cast<std::size_t>(y * columns_ + x)].push_back(s);
-      }
+      std::stable_sort(segments_.begin(), segments_.end(),
+                       [](const Segment& x, const Segment& y) { return x.cell < y.cell; });
     }
     bool clear(const Vec2& p) const {
-      const long x = index(p.x() - lower_.x()), y = index(p.y() - lower_.y());
-      if (x < 0 || y < 0 || x >= columns_ || y >= rows_) return false;
-      for (const std::size_t s : cells_[static_cast<std::size_t>(y * columns_ + x)])
-        if (polygon::distance_to_segment(p, segments_[s][0], segments_[s][1]) < clearance_) return false;
-      return true;
+      const auto [first, last] =
+          std::equal_range(segments_.begin(), segments_.end(), Segment{cell_of(p), p, p},
+                           [](const Segment& x, const Segment& y) { return x.cell < y.cell; });
+      return std::none_of(first, last, [&](const Segment& s) {
+        return polygon::distance_to_segment(p, s.from, s.to) < clearance_;
+      });
     }
 
    private:
-    long index(double offset) const { return static_cast<long>(std::floor(offset / cell_)); }
+    using Cell = std::array<long, 2>;
+    struct Segment {
+      Cell cell;
+      Vec2 from, to;
+    };
+    Cell cell_of(const Vec2& p) const {
+      const Vec2 cell = ((p - origin_) / cell_).array().floor();
+      return {static_cast<long>(cell.x()), static_cast<long>(cell.y())};
+    }
     double clearance_, cell_;
-    Vec2 lower_;
-    long columns_ = 0, rows_ = 0;
-    std::vector<std::array<Vec2, 2>> segments_;
-    std::vector<std::vector<std::size_t>> cells_;
+    Vec2 origin_;
+    std::vector<Segment> segments_;  ///< by cell
   };
 
   Vertex insert(const Vec2& p, Face hint) {

@@ -341,6 +341,17 @@ TEST(MakePatches, OneCornerFarAwayNeitherHangsNorFillsTheMemory) {
   EXPECT_THAT(message, HasSubstr("at most 4000000 are possible for one face"));
 }
 
+TEST(MakePatches, AStripAcrossTheAxesCostsWhatItsAreaAsksFor) {
+  // A parallelogram of 4 m · 3 km and the triangle (0, 0), (3000, 3000), (3.5, 4); the square round them has 700 times their
+  // area. Equilateral triangles with sides of half the size are 1 / (√3/4 · 0.25²) = 37 on a square metre.
+  const Scene scene =
+      Shape().face({{0, 0, 0}, {4, 0, 0}, {3004, 3000, 0}, {3000, 3000, 0}, {3.5, 4, 0}}).scene();
+  const Patches patches = make_patches(scene, PatchSize{0.5});
+  const double area = 4 * 3000. + 3000 * (4 - 3.5) / 2;
+  EXPECT_NEAR(patches.mesh.areas().sum(), area, 1e-6 * area);
+  EXPECT_LT(patches.mesh.patch_count(), 37 * area);
+}
+
 TEST(MakePatches, TrianglesOfAPolygonThatCrossesItselfAreOfItsCorners) {
   std::vector<Vec3> star;
   for (int k = 0; k < 5; ++k)
