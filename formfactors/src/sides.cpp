@@ -154,7 +154,10 @@ SeenSides seen_sides(const Visibility& visibility, std::uint64_t seed) {
   seen.backs_of = shares_of_backs(all, mesh, false);
   seen.backs = sum(seen.backs_of);
 
-  const Eigen::ArrayXd power = mesh.emission().rowwise().sum() * mesh.areas();
+  // Relative to the largest of both factors: a sum of powers might be more than a double holds.
+  const BandArray emission = mesh.emission();
+  const double most = emission.maxCoeff() > 0 ? emission.maxCoeff() : 1;
+  const Eigen::ArrayXd power = (emission / most).rowwise().sum() * (mesh.areas() / mesh.areas().maxCoeff());
   const std::vector<Glance> lamps = glances(visibility, power, kLampPlaces, seed + 1);
   seen.lamp_backs_of = shares_of_backs(lamps, mesh, true);
   seen.lamp_backs = sum(seen.lamp_backs_of);

@@ -284,7 +284,9 @@ BandArray restrict_to(const PatchMesh& coarse, const PatchMesh& fine, const Band
   return sums;
 }
 
-std::optional<ErrorEstimate> estimate_error(const SolvedProblem& problem) try {
+namespace {
+
+ErrorEstimate estimate(const SolvedProblem& problem) {
   const PatchMesh& mesh = problem.patches.mesh;
   const BandArray& radiosity = problem.solution.radiosity;
   ErrorEstimate out;
@@ -319,9 +321,35 @@ std::optional<ErrorEstimate> estimate_error(const SolvedProblem& problem) try {
     const double mean = (mesh.areas() * reflected.col(b)).sum() / mesh.areas().sum();
     if (!(mean > 0)) continue;
     const Eigen::ArrayXd relative =
-        (reflected.col(b) >= 0.01 * mean).select(out.per_patch.col(b) / reflected.col(b).max(1e-300), 0.0);
+        (reflected.col(b) >= 0.01 * mean).select(out.per_patch.col(b) / reflected.col(b), 0.0);
     out.largest = std::max(out.largest, relative.maxCoeff());
   }
+  return out;
+}
+
+std::vector<Material> in_units(std::vector<Material> materials, const BandValues& unit) {
+  for (Material& material : materials) material.emission /= unit;
+  return materials;
+}
+
+}  // namespace
+
+// Light is proportional to emission, but squares of it are not: those of 1e160 W/m² exceed what a double holds, and those of
+// 1e-170 vanish. Each band is estimated in a unit near its largest B, a power of two, which changes no bits.
+std::optional<ErrorEstimate> estimate_error(const SolvedProblem& problem) try {
+  const PatchMesh& mesh = problem.patches.mesh;
+  Solution solution = problem.solution;
+  const BandValues unit = solution.radiosity.colwise().maxCoeff().transpose().unaryExpr([](double largest) {
+    return largest > 0 ? std::exp2(std::clamp(std::ilogb(largest), -1000, 1000)) : 1;
+  });
+  const Scene scene = problem.scene.with_materials(in_units(problem.scene.materials(), unit));
+  const Patches patches{
+      mesh.with_materials(in_units(mesh.materials(), unit)), {}, {}, problem.patches.patch_size};
+  solution.radiosity.rowwise() /= unit.transpose();
+  ErrorEstimate out = estimate({scene, patches, problem.visibility, problem.method,
+                                problem.form_factor_options, problem.assembly, problem.solver,
+                                problem.solver_options, solution, problem.lamps, problem.unrestored});
+  out.per_patch.rowwise() *= unit.transpose();
   return out;
 } catch (const Stopped&) {
   return std::nullopt;

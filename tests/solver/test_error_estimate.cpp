@@ -93,6 +93,25 @@ TEST(ErrorEstimate, FindsNoErrorOfFormFactorsThatAreExact) {
   EXPECT_EQ(exact.estimate.per_patch.rows(), exact.patches.mesh.patch_count());
 }
 
+TEST(ErrorEstimate, IsRelativeHoweverMuchOrLittleIsEmitted) {
+  // Powers of two change no bits, so that each part is equal and each error per patch proportional; the squares of 2^1000 and
+  // of 2^-1000 are beyond what a double holds.
+  const Scene scene = lit_cube(0.2, 0.7, 0.5);
+  const Estimated one = run(scene, PatchSize{0.25}, "hemisphere", {.samples = 64});
+  ASSERT_GT(one.estimate.largest, 0);
+  for (const double emission : {0x1p1000, 0x1p-1000}) {
+    std::vector<Material> materials = scene.materials();
+    for (Material& material : materials) material.emission *= emission;
+    const Estimated other =
+        run(scene.with_materials(materials), PatchSize{0.25}, "hemisphere", {.samples = 64});
+    EXPECT_EQ(other.estimate.form_factors, one.estimate.form_factors) << emission;
+    EXPECT_EQ(other.estimate.patches, one.estimate.patches) << emission;
+    EXPECT_EQ(other.estimate.largest, one.estimate.largest) << emission;
+    EXPECT_EQ(other.estimate.total, one.estimate.total) << emission;
+    EXPECT_TRUE((other.estimate.per_patch == emission * one.estimate.per_patch).all()) << emission;
+  }
+}
+
 TEST(ErrorEstimate, SaysSoWhereThereIsNoCoarserMesh) {
   const Estimated kept = run(lit_cube(0.5, 0.5, 0.5), KeepFaces{}, "analytic", {});
   EXPECT_FALSE(kept.estimate.patches.has_value());
