@@ -50,6 +50,9 @@ void print_materials(const Console& console, const Scene& scene) {
   }
 }
 
+/// A row of a method that looks at pairs takes seconds or minutes beyond.
+constexpr Index kMostPairsOfRow = 100'000;
+
 }  // namespace
 
 int run_inspect(const Options& options) {
@@ -83,8 +86,11 @@ int run_inspect(const Options& options) {
     method_options.resolution = settings.resolution.value_or(0);
     method_options.seed = settings.seed.value_or(method_options.seed);
     const auto method = info.make(visibility, method_options);
-    job.console.line("", "{:<12} about {}, {}{}", info.name, seconds_text(estimate_seconds(*method, n)),
-                     settings_text(*method), info.name == automatic ? "; what auto would choose" : "");
+    const std::string time = method->reciprocal() && n > kMostPairsOfRow
+                                 ? fmt::format("not timed: each row has {} pairs", n)
+                                 : "about " + seconds_text(estimate_seconds(*method, n));
+    job.console.line("", "{:<12} {}, {}{}", info.name, time, settings_text(*method),
+                     info.name == automatic ? "; what auto would choose" : "");
   }
   job.report.converged = true;
   job.stage.lap();  // the estimates are no writing
