@@ -93,21 +93,7 @@ bool cover_one_another(const Surface& surface, Index a, Index b) {
 
 /// Per polygon, its neighbours over edges that belong to exactly two polygons.
 std::vector<std::vector<Neighbour>> neighbours(const Surface& surface) {
-  struct Side {
-    std::uint64_t key;
-    Index polygon;
-    bool forward;
-  };
-  std::vector<Side> sides;
-  sides.reserve(surface.corners.size());
-  for (Index p = 0; p < surface.count(); ++p) {
-    const auto loop = surface.loop(p);
-    for (std::size_t k = 0; k < loop.size(); ++k) {
-      const Index a = loop[k], b = loop[(k + 1) % loop.size()];
-      sides.push_back({edge_key(a, b), p, a < b});
-    }
-  }
-  std::stable_sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) { return a.key < b.key; });
+  const std::vector<EdgeSide> sides = edge_sides(surface);
   std::vector<std::vector<Neighbour>> result(at(surface.count()));
   for (std::size_t k = 0, next; k < sides.size(); k = next) {
     for (next = k + 1; next < sides.size() && sides[next].key == sides[k].key;) ++next;

@@ -34,6 +34,17 @@ struct Surface {
   double diagonal() const;  ///< of the box round all corners
 };
 
+/// A polygon at (a part of) an edge of its own.
+struct EdgeSide {
+  std::uint64_t key;  ///< of the edge
+  Index polygon;
+  bool forward;  ///< from the smaller to the larger number
+};
+
+/// The sides of all edges, ordered by edge, then by polygon. Edges that only one polygon has are divided at the ends of other such
+/// edges within kContact of them, so that those who meet at a T-junction share edges.
+std::vector<EdgeSide> edge_sides(const Surface& surface);
+
 /// "face 3" or "faces 3, 7, 9 and 12 more".
 std::string name_faces(const std::vector<Index>& faces);
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "radiosity/meshing/surface_parts.hpp"
 
-#include <algorithm>
-
 #include "radiosity/meshing/disjoint_sets.hpp"
 #include "surface.hpp"
 
@@ -13,18 +11,7 @@ SurfaceParts surface_parts(const Scene& scene) {
   std::vector<std::string> warnings;
   const Surface surface = repair(scene, repairs, warnings);
 
-  struct Side {
-    std::uint64_t key;
-    Index polygon;
-  };
-  std::vector<Side> sides;
-  sides.reserve(surface.corners.size());
-  for (Index p = 0; p < surface.count(); ++p) {
-    const auto loop = surface.loop(p);
-    for (std::size_t k = 0; k < loop.size(); ++k)
-      sides.push_back({edge_key(loop[k], loop[(k + 1) % loop.size()]), p});
-  }
-  std::stable_sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) { return a.key < b.key; });
+  const std::vector<EdgeSide> sides = edge_sides(surface);
   DisjointSets joined(at(surface.count()));
   std::vector<Index> on_odd_edges;
   for (std::size_t k = 0, next; k < sides.size(); k = next) {

@@ -156,6 +156,24 @@ TEST(Repair, TurnsOneFaceOfACube) {
   }
 }
 
+// The lid of a unit cube in three strips, the middle one turned over and in two halves: of the strips' edges only those at the ends
+// are edges of the cube.
+TEST(Repair, TurnsFacesThatMeetTheirNeighboursAtTJunctions) {
+  Shape shape = Shape().box({0, 0, 0}, {1, 1, 1});
+  shape.faces.pop_back();
+  shape.materials.pop_back();
+  shape.face(rectangle(0, 0, 0.25, 1, 1)).face(rectangle(0.75, 0, 1, 1, 1));
+  Shape middle = Shape().face(rectangle(0.25, 0, 0.75, 0.5, 1)).face(rectangle(0.25, 0.5, 0.75, 1, 1));
+  shape.append(middle.reversed());
+  for (const double off : {0.0, 1e-7}) {  // of the edges that they meet
+    const Shape meant =
+        shape.mapped([&](const Vec3& x) { return x.x() > 0.3 && x.x() < 0.9 ? x + off * Vec3::UnitX() : x; });
+    const Patches patches = make_patches(meant.scene(), KeepFaces{});
+    EXPECT_EQ(patches.repairs.flipped_faces, 2);
+    for (Index i = 5; i < 9; ++i) EXPECT_GT(patches.mesh.normal(i).z(), 0) << i;
+  }
+}
+
 TEST(Repair, NeverTurnsAWholeRoomInsideOut) {
   const Patches patches = make_patches(Shape().box({0, 0, 0}, {1, 1, 1}, true).scene(), KeepFaces{});
   EXPECT_EQ(patches.repairs.flipped_faces, 0);

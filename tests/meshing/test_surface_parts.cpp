@@ -35,6 +35,15 @@ TEST(SurfaceParts, ASheetGivenBothWaysRoundIsClosed) {
   EXPECT_THAT(parts.closed, ElementsAre(1));
 }
 
+TEST(SurfaceParts, ABoxWhoseLidIsInTwoHalvesIsClosed) {
+  Shape shape = Shape().box({0, 0, 0}, {1, 1, 1});
+  shape.faces.back() = rectangle(0, 0, 0.5, 1, 1);
+  shape.face(rectangle(0.5, 0, 1, 1, 1));
+  const SurfaceParts parts = surface_parts(shape.scene());
+  EXPECT_THAT(parts.part, Each(0));
+  EXPECT_THAT(parts.closed, ElementsAre(1));
+}
+
 // Where a partition meets walls, each edge belongs to three faces.
 TEST(SurfaceParts, APartitionBetweenTwoRoomsIsAPartOfItsOwn) {
   Shape shape;

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <CGAL/Box_intersection_d/Box_with_info_d.h>
+#include <CGAL/box_intersection_d.h>
+
+#include <algorithm>
+#include <tuple>
+
+#include "radiosity/meshing/tolerances.hpp"
+#include "surface.hpp"
+
+namespace radiosity {
+namespace {
+
+std::array<Index, 2> edge_ends(std::uint64_t key) {
+  return {static_cast<Index>(key >> 32), static_cast<Index>(key & 0xffffffffU)};
+}
+
+void sort_by_edge(std::vector<EdgeSide>& sides) {
+  std::stable_sort(sides.begin(), sides.end(), [](const EdgeSide& a, const EdgeSide& b) {
+    return a.key != b.key ? a.key < b.key : a.polygon < b.polygon;
+  });
+}
+
+/// Where a vertex lies on a side, as a share of the edge's length from its smaller number.
+struct Stop {
+  std::size_t side;
+  double along;
+  Index vertex;
+};
+
+/// Ends of the sides that lie on other sides, ordered by side and place.
+std::vector<Stop> stops_on(const std::vector<EdgeSide>& sides, const Surface& surface) {
+  using Box = CGAL::Box_intersection_d::Box_with_info_d<double, 3, std::size_t>;
+  const double distance = tolerance::kContact * surface.diagonal();
+  const auto box = [&](const Vec3& a, const Vec3& b, double margin, std::size_t info) {
+    const Vec3 lower = a.cwiseMin(b).array() - margin, upper = a.cwiseMax(b).array() + margin;
+    return Box(CGAL::Bbox_3(lower.x(), lower.y(), lower.z(), upper.x(), upper.y(), upper.z()), info);
+  };
+  std::vector<Index> ends;
+  std::vector<Box> edges, points;
+  for (std::size_t s = 0; s < sides.size(); ++s) {
+    const auto [a, b] = edge_ends(sides[s].key);
+    ends.insert(ends.end(), {a, b});
+    edges.push_back(box(surface.points[at(a)], surface.points[at(b)], distance, s));
+  }
+  std::sort(ends.begin(), ends.end());
+  ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
+  for (const Index v : ends) points.push_back(box(surface.points[at(v)], surface.points[at(v)], 0, at(v)));
+
+  std::vector<Stop> stops;
+  CGAL::box_intersection_d(edges.begin(), edges.end(), points.begin(), points.end(),
+                           [&](const Box& edge, const Box& point) {
+                             const auto [a, b] = edge_ends(sides[edge.info()].key);
+                             const Vec3 from = surface.points[at(a)], d = surface.points[at(b)] - from;
+                             const Vec3 x = surface.points[point.info()] - from;
+                             const double along = x.dot(d) / d.squaredNorm(), margin = distance / d.norm();
+                             if (along > margin && along < 1 - margin && (x - along * d).norm() <= distance)
+                               stops.push_back({edge.info(), along, static_cast<Index>(point.info())});
+                           });
+  std::sort(stops.begin(), stops.end(), [](const Stop& p, const Stop& q) {
+    return std::tuple(p.side, p.along, p.vertex) < std::tuple(q.side, q.along, q.vertex);
+  });
+  return stops;
+}
+
+}  // namespace
+
+std::vector<EdgeSide> edge_sides(const Surface& surface) {
+  std::vector<EdgeSide> all, sides, single;
+  all.reserve(surface.corners.size());
+  for (Index p = 0; p < surface.count(); ++p) {
+    const auto loop = surface.loop(p);
+    for (std::size_t k = 0; k < loop.size(); ++k) {
+      const Index a = loop[k], b = loop[(k + 1) % loop.size()];
+      all.push_back({edge_key(a, b), p, a < b});
+    }
+  }
+  sort_by_edge(all);
+  for (std::size_t k = 0, next; k < all.size(); k = next) {
+    for (next = k + 1; next < all.size() && all[next].key == all[k].key;) ++next;
+    auto& to = next - k == 1 ? single : sides;
+    to.insert(to.end(), all.begin() + static_cast<std::ptrdiff_t>(k),
+              all.begin() + static_cast<std::ptrdiff_t>(next));
+  }
+  const std::vector<Stop> stops = stops_on(single, surface);
+  auto stop = stops.begin();
+  for (std::size_t s = 0; s < single.size(); ++s) {
+    auto [from, end] = edge_ends(single[s].key);
+    const auto add = [&, &start = from](Index to) {
+      sides.push_back({edge_key(start, to), single[s].polygon, single[s].forward == (start < to)});
+      start = to;
+    };
+    for (; stop != stops.end() && stop->side == s; ++stop) add(stop->vertex);
+    add(end);
+  }
+  sort_by_edge(sides);
+  return sides;
+}
+
+}  // namespace radiosity
