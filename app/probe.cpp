@@ -35,13 +35,18 @@ int run_probe(const Options& options) {
   Outputs outputs(job);
   job.report.converged = result.completed;
   if (result.completed) {
-    job.report.probe = {static_cast<Index>(sensors.size()), result.samples,
-                        result.irradiance.colwise().mean().transpose(),
-                        result.standard_error.square().colwise().mean().sqrt().transpose()};
-    const double mean = result.irradiance.mean();
+    // Sums and squares of large values need not be finite where their means are.
+    const auto count = static_cast<double>(sensors.size());
+    job.report.probe = {
+        static_cast<Index>(sensors.size()), result.samples,
+        (result.irradiance / count).colwise().sum().transpose(),
+        result.standard_error.matrix().colwise().stableNorm().transpose().array() / std::sqrt(count)};
+    const double mean = (result.irradiance / static_cast<double>(result.irradiance.size())).sum();
     job.console.line(
         "sensors", "{} with {} rays each; irradiance {:.4g} W/m² in the mean, standard error {:.2g} W/m² rms",
-        sensors.size(), result.samples, mean, std::sqrt(result.standard_error.square().mean()));
+        sensors.size(), result.samples, mean,
+        result.standard_error.matrix().stableNorm() /
+            std::sqrt(static_cast<double>(result.standard_error.size())));
     write_irradiance(options.output, sensors, result);
     outputs.written(options.output);
   } else {

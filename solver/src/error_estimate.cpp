@@ -10,6 +10,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "light_unit.hpp"
 #include "radiosity/meshing/patch_locator.hpp"
 #include "solvers.hpp"
 
@@ -334,14 +335,10 @@ std::vector<Material> in_units(std::vector<Material> materials, const BandValues
 
 }  // namespace
 
-// Light is proportional to emission, but squares of it are not: those of 1e160 W/m² exceed what a double holds, and those of
-// 1e-170 vanish. Each band is estimated in a unit near its largest B, a power of two, which changes no bits.
 std::optional<ErrorEstimate> estimate_error(const SolvedProblem& problem) try {
   const PatchMesh& mesh = problem.patches.mesh;
   Solution solution = problem.solution;
-  const BandValues unit = solution.radiosity.colwise().maxCoeff().transpose().unaryExpr([](double largest) {
-    return largest > 0 ? std::exp2(std::clamp(std::ilogb(largest), -1000, 1000)) : 1;
-  });
+  const BandValues unit = light_unit(solution.radiosity);
   const Scene scene = problem.scene.with_materials(in_units(problem.scene.materials(), unit));
   const Patches patches{
       mesh.with_materials(in_units(mesh.materials(), unit)), {}, {}, problem.patches.patch_size};

@@ -10,6 +10,7 @@
 #include <mutex>
 #include <vector>
 
+#include "light_unit.hpp"
 #include "radiosity/formfactors/point_factors.hpp"
 #include "radiosity/meshing/error.hpp"
 
@@ -84,12 +85,10 @@ Bands mean_reflected(const PatchMesh& mesh, const BandArray& radiosity) {
   return power;
 }
 
-}  // namespace
-
-ProbeResult probe(const Visibility& visibility, const BandArray& radiosity, const BandArray& vertex_radiosity,
-                  std::span<const Sensor> sensors, const ProbeOptions& options) {
+ProbeResult gather(const Visibility& visibility, const BandArray& radiosity,
+                   const BandArray& vertex_radiosity, std::span<const Sensor> sensors,
+                   const ProbeOptions& options) {
   const PatchMesh& mesh = visibility.mesh();
-  check(mesh, radiosity, vertex_radiosity, sensors, options);
   const Eigen::Index bands = radiosity.cols();
   const auto count = static_cast<Index>(sensors.size());
   const PointFactors factors(visibility, options.samples, options.seed);
@@ -160,6 +159,19 @@ ProbeResult probe(const Visibility& visibility, const BandArray& radiosity, cons
     }
   });
   result.completed = done == count;
+  return result;
+}
+
+}  // namespace
+
+ProbeResult probe(const Visibility& visibility, const BandArray& radiosity, const BandArray& vertex_radiosity,
+                  std::span<const Sensor> sensors, const ProbeOptions& options) {
+  check(visibility.mesh(), radiosity, vertex_radiosity, sensors, options);
+  const Bands unit = light_unit(radiosity).transpose();
+  ProbeResult result =
+      gather(visibility, radiosity.rowwise() / unit, vertex_radiosity.rowwise() / unit, sensors, options);
+  result.irradiance.rowwise() *= unit;
+  result.standard_error.rowwise() *= unit;
   return result;
 }
 

@@ -206,6 +206,19 @@ TEST(Probe, DependsNeitherOnPlaceNorOnDirectionNorOnUnits) {
   }
 }
 
+TEST(Probe, IsProportionalHoweverMuchOrLittleIsEmitted) {
+  // Powers of two change no bits; the squares of 2^1000 and of 2^-900 are beyond what a double holds.
+  const LitBox box;
+  const ProbeResult one = measure(box.patches.mesh, box.radiosity, LitBox::sensors(), with_samples(128));
+  ASSERT_GT(one.standard_error.maxCoeff(), 0);
+  for (const double unit : {0x1p1000, 0x1p-900}) {
+    const ProbeResult other =
+        measure(box.patches.mesh, unit * box.radiosity, LitBox::sensors(), with_samples(128));
+    EXPECT_TRUE((other.irradiance == unit * one.irradiance).all()) << unit;
+    EXPECT_TRUE((other.standard_error == unit * one.standard_error).all()) << unit;
+  }
+}
+
 // What lies on a surface sees what a place just in front of it sees.
 TEST(Probe, OnASurfaceIsThatJustInFrontOfIt) {
   const LitBox box;
