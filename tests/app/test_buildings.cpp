@@ -22,7 +22,7 @@ using Means = std::map<std::string, double>;
 class Buildings : public ProgramTest {
  protected:
   Means means(const Building& building, const std::string& method, const std::string& extension = ".obj",
-              const std::string& size = "0.8") const {
+              const std::string& size = "1.5") const {
     write_building(building, folder() / ("building" + extension));
     std::string scene = "mesh = \"building" + extension + "\"\nsides = \"auto\"\n";
     if (extension == ".ply" || extension == ".stl") scene += "[materials.default]\nemission = 1\n";

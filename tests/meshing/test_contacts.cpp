@@ -68,6 +68,24 @@ TEST(Contacts, ABoxOnTheFloorCutsItAlongItsFootprint) {
     }
 }
 
+// The diagonal is 5.1 m: a gap is narrow up to 1 mm, and only between faces that look at each other.
+TEST(Contacts, ABoxCloseOverTheFloorCutsItBelowItsEdges) {
+  for (const double gap : {1e-5, 1e-4, 1e-3})
+    for (const double tilt : {0.0, 1e-5}) {
+      Shape shape = Shape().face(rectangle(0, 0, 4, 3)).box({1, 0.7, gap}, {2.3, 1.9, 1});
+      shape = shape.mapped(
+          [&](const Vec3& x) { return Vec3(x.x(), x.y(), x.z() > 0 ? x.z() - tilt * (x.x() - 1) : 0); });
+      for (const double size : kSizes)
+        expect_in_or_out(make_patches(shape.scene(), PatchSize{size}).mesh, 0, {1, 0.7, 0}, {2.3, 1.9, 0},
+                         1.3 * 1.2);
+      EXPECT_EQ(make_patches(shape.scene(), PatchSize{1}).repairs.cut_faces, 1);
+    }
+  const Shape wide = Shape().face(rectangle(0, 0, 4, 3)).box({1, 0.7, 1.1e-3}, {2.3, 1.9, 1});
+  const Shape same_way = Shape().face(rectangle(0, 0, 4, 3)).face(rectangle(1, 0.7, 2.3, 1.9, 1e-4));
+  for (const Shape& shape : {wide, same_way})
+    EXPECT_EQ(make_patches(shape.scene(), PatchSize{1}).repairs.cut_faces, 0);
+}
+
 TEST(Contacts, ABottomInTheFloorIsReported) {
   const Shape with = Shape().face(rectangle(0, 0, 4, 3)).box({1, 1, 0}, {2, 2, 1});
   EXPECT_THAT(make_patches(with.scene()).warnings,
