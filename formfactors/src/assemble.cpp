@@ -10,11 +10,11 @@
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <mutex>
 #include <utility>
 
 #include "methods.hpp"
 #include "pairwise.hpp"
+#include "radiosity/formfactors/threads.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/meshing/tolerances.hpp"
 
@@ -71,14 +71,7 @@ Computed compute_rows(const FormFactorMethod& method, Index n, bool upper, const
   Computed out;
   out.rows.resize(at(n));
   out.escaped.assign(at(n), -1);
-  std::atomic<bool> stop = false;
-  std::atomic<Index> rows_done = 0;
-  std::mutex watching;
-  double shown = 0;
-  tbb::parallel_for(Index{0}, (n + kBlock - 1) / kBlock, [&](Index block) {
-    if (stop) return;
-    const Index first = block * kBlock;
-    const Index last = std::min(n, first + kBlock);
+  const auto compute = [&](Index first, Index last) {
     method.rows(first, last, upper,
                 [&](Index i, std::span<const Index> columns, std::span<const double> values, double escaped) {
                   require_factors(i, columns, values);
@@ -87,19 +80,14 @@ Computed compute_rows(const FormFactorMethod& method, Index n, bool upper, const
                   for (std::size_t k = 0; k < row.size(); ++k) row[k] = {columns[k], stored(values[k])};
                   out.escaped[at(i)] = escaped;
                 });
-    rows_done += last - first;
-    if (progress) {
-      const std::lock_guard lock(watching);
-      const double k = rows_done;
-      // With `upper`, the first k rows hold the share 1 − (1 − k/n)² of the entries.
-      const double fraction = upper ? 1 - (1 - k / n) * (1 - k / n) : k / n;
-      if (fraction > shown) {
-        shown = fraction;
-        if (!progress(fraction)) stop = true;
-      }
-    }
-  });
-  out.completed = rows_done == n;
+  };
+  const auto watch = [&](Index done) {
+    if (!progress) return true;
+    // With `upper`, the first rows hold the share 1 − (1 − done/n)² of the entries.
+    const double share = static_cast<double>(done) / n;
+    return progress(upper ? 1 - (1 - share) * (1 - share) : share);
+  };
+  out.completed = for_each_block(n, kBlock, compute, watch);
   return out;
 }
 

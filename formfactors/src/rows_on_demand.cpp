@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <tbb/collaborative_call_once.h>
+
 #include <algorithm>
-#include <mutex>
 #include <numeric>
 
 #include "methods.hpp"
@@ -14,11 +15,12 @@ struct RowsOnDemand::Pairwise {
 
   const Visibility& visibility;
   std::vector<Index> patches;
-  std::once_flag made;
+  tbb::collaborative_once_flag made;
   std::unique_ptr<FormFactorMethod> method;
 
   const FormFactorMethod& get() {
-    std::call_once(made, [&] { method = make_analytic(visibility, {.samples = kPairwiseSamples}); });
+    tbb::collaborative_call_once(made,
+                                 [&] { method = make_analytic(visibility, {.samples = kPairwiseSamples}); });
     return *method;
   }
 };

@@ -3,8 +3,13 @@
 
 #include <fmt/format.h>
 #include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
+#include <algorithm>
+#include <atomic>
 #include <optional>
+#include <thread>
 
 #include "radiosity/meshing/error.hpp"
 
@@ -22,5 +27,24 @@ ThreadLimit::ThreadLimit(int threads) : impl_(std::make_unique<Impl>()) {
 }
 
 ThreadLimit::~ThreadLimit() = default;
+
+bool for_each_block(Index count, Index block, const std::function<void(Index, Index)>& work,
+                    const std::function<bool(Index)>& watch) {
+  const std::thread::id caller = std::this_thread::get_id();
+  std::atomic<bool> stop = false;
+  std::atomic<Index> done = 0;
+  tbb::parallel_for(Index{0}, count / block + (count % block > 0 ? 1 : 0), [&](Index b) {
+    if (stop) return;
+    const Index first = b * block, last = std::min(count - first, block) + first;
+    work(first, last);
+    done += last - first;
+    if (!watch || std::this_thread::get_id() != caller) return;
+    // Isolated, so that a parallel loop of the watcher does not take up a block, and call the watcher from within itself.
+    if (!tbb::this_task_arena::isolate([&] { return watch(done); })) stop = true;
+  });
+  if (done < count) return false;
+  if (watch) watch(count);
+  return true;
+}
 
 }  // namespace radiosity

@@ -107,6 +107,9 @@ PatchMesh::PatchMesh(Arrays arrays) : arrays_(std::move(arrays)) {
   lower_ = Vec3::Constant(std::numeric_limits<double>::infinity());
   upper_ = -lower_;
   for (std::size_t p = 0; p < patches; ++p) {
+    if (at(patch_start[p + 1]) > corners.size())
+      throw InputError(fmt::format("patch {}: patch_start ends it at corner {}, of {}", p, patch_start[p + 1],
+                                   corners.size()));
     if (patch_start[p + 1] - patch_start[p] < 3)
       throw InputError(fmt::format("patch {}: it has {} corners; at least 3 are needed", p,
                                    patch_start[p + 1] - patch_start[p]));

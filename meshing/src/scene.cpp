@@ -64,6 +64,9 @@ Scene::Scene(Arrays arrays) : arrays_(std::move(arrays)) {
                                  two_sided.size(), face_material.size()));
   for (std::size_t f = 0; f < face_material.size(); ++f) {
     const Index first = face_start[f], last = face_start[f + 1];
+    if (static_cast<std::size_t>(last) > corners.size())
+      throw InputError(
+          fmt::format("face {}: face_start ends it at corner {}, of {}", f, last, corners.size()));
     if (last - first < 3)
       throw InputError(fmt::format("face {}: it has {} corners; at least 3 are needed", f, last - first));
     if (face_material[f] < 0 || static_cast<std::size_t>(face_material[f]) >= materials.size())

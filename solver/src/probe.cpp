@@ -3,15 +3,13 @@
 
 #include <fmt/format.h>
 #include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
 
-#include <atomic>
 #include <cmath>
-#include <mutex>
 #include <vector>
 
 #include "light_unit.hpp"
 #include "radiosity/formfactors/point_factors.hpp"
+#include "radiosity/formfactors/threads.hpp"
 #include "radiosity/meshing/error.hpp"
 
 namespace radiosity {
@@ -140,25 +138,13 @@ ProbeResult gather(const Visibility& visibility, const BandArray& radiosity,
   };
 
   constexpr Index kBlock = 16;
-  std::atomic<bool> stop = false;
-  std::atomic<Index> done = 0;
-  std::mutex watching;
-  double shown = 0;
-  tbb::parallel_for(Index{0}, (count + kBlock - 1) / kBlock, [&](Index block) {
-    if (stop) return;
+  const auto measure_all = [&](Index first, Index last) {
     Memory& memory = memories.local();
-    const Index last = std::min(count, (block + 1) * kBlock);
-    for (Index s = block * kBlock; s < last; ++s) measure(s, memory);
-    done += last - block * kBlock;
-    if (!options.progress) return;
-    const std::lock_guard lock(watching);
-    const double fraction = static_cast<double>(done) / count;
-    if (fraction > shown) {
-      shown = fraction;
-      if (!options.progress(fraction)) stop = true;
-    }
+    for (Index s = first; s < last; ++s) measure(s, memory);
+  };
+  result.completed = for_each_block(count, kBlock, measure_all, [&](Index done) {
+    return !options.progress || options.progress(static_cast<double>(done) / count);
   });
-  result.completed = done == count;
   return result;
 }
 

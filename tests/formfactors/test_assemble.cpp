@@ -6,6 +6,8 @@
 
 #include <cmath>
 #include <numbers>
+#include <set>
+#include <thread>
 
 #include "radiosity/formfactors/threads.hpp"
 #include "radiosity/meshing/error.hpp"
@@ -215,6 +217,22 @@ TEST_P(Assembly, TellsTheFractionDone) {
   EXPECT_GE(fractions.front(), 0);
   EXPECT_LE(fractions.back(), 1);
   EXPECT_TRUE(std::is_sorted(fractions.begin(), fractions.end()));
+}
+
+TEST_P(Assembly, ReportsProgressOnTheCallingThreadWhichMayUseTheToolkit) {
+  const MethodSetup setup(cube_room(6), info(), setting_of(info(), 16));
+  const Assembled before = assembled(setup);
+  BandArray b = BandArray::Ones(setup.size(), 1), gathered = BandArray::Zero(setup.size(), 1);
+  std::set<std::thread::id> threads;
+  AssemblyOptions options;
+  options.progress = [&](double) {
+    threads.insert(std::this_thread::get_id());
+    before.matrix.multiply(b, gathered);
+    return true;
+  };
+  const ThreadLimit several(8);
+  EXPECT_TRUE(assembled(setup, options).report.completed);
+  EXPECT_EQ(threads, std::set{std::this_thread::get_id()});
 }
 
 TEST_P(Assembly, StopsWhenAskedTo) {

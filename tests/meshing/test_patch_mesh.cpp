@@ -41,6 +41,18 @@ TEST(PatchMesh, NeighboursOfABlockOfFour) {
   for (Index v = 0; v < 9; ++v) EXPECT_EQ(mesh.on_border(v), v != 4);
 }
 
+TEST(PatchMesh, RejectsStartsBeyondTheCorners) {
+  auto arrays = raster(3);
+  for (const Index c : {0, 1}) add(arrays, {c, c + 1, c + 4, c + 3});
+  arrays.patch_start[1] = 100;
+  try {
+    const PatchMesh mesh(arrays);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_STREQ(error.what(), "patch 0: patch_start ends it at corner 100, of 8");
+  }
+}
+
 TEST(PatchMesh, ThreePatchesAtAnEdgeAreABorder) {
   PatchMesh::Arrays arrays;
   arrays.materials = {grey()};

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <limits>
@@ -93,6 +94,13 @@ TEST(Scene, RejectsStartsThatDoNotFitTheCorners) {
   auto arrays = unit_square();
   arrays.face_start.back() = 3;
   EXPECT_THAT(message_of(arrays), HasSubstr("face_start"));
+  for (const Index beyond : {100, std::numeric_limits<Index>::max()}) {
+    auto two = unit_square();
+    two.add_face(std::vector<Index>(two.corners), 0);
+    two.face_start[1] = beyond;
+    EXPECT_THAT(message_of(two),
+                HasSubstr(fmt::format("face 0: face_start ends it at corner {}, of 8", beyond)));
+  }
 }
 
 TEST(Scene, AreaOfAMaterialCountsBothSidesOfATwoSidedOne) {

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <functional>
 #include <memory>
+
+#include "radiosity/meshing/types.hpp"
 
 namespace radiosity {
 
@@ -18,5 +21,11 @@ class ThreadLimit {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+/// Calls work(first, last) for every block of `block` of the indices below count, on all threads. Whenever the calling
+/// thread is done with one, and on that thread alone, watch(done) is told how many indices are done: it may use the
+/// toolkit, and false from it ends the work early. It is told the end, too. Returns whether all of the work was done.
+bool for_each_block(Index count, Index block, const std::function<void(Index first, Index last)>& work,
+                    const std::function<bool(Index done)>& watch = {});
 
 }  // namespace radiosity

@@ -32,7 +32,7 @@ inline constexpr double kBesideSurface = 1e-9;
 
 /// An edge of n · size takes n pieces, not n + 1, although rounding may make it longer by this share (and by the
 /// rounding of its coordinates, kDegenerateHeight · max|x|).
-inline constexpr double kWholePieces = 1e-9;
+inline constexpr double kWholePieces = 1e-5;
 
 /// A face is divided into at most so many patches: what a triangulation takes seconds and some hundred megabytes for, and far
 /// beyond what form factors between them could be computed for.
