@@ -11,10 +11,6 @@
 namespace radiosity {
 namespace {
 
-/// A vertex lies on an edge that only one polygon has within so many contact distances: coordinates of buildings are rounded to
-/// millimetres. Such a vertex only tells who are neighbours; it must be an end of the other's edge, to the bit.
-constexpr double kBesideEdge = 200;
-
 std::array<Index, 2> edge_ends(std::uint64_t key) {
   return {static_cast<Index>(key >> 32), static_cast<Index>(key & 0xffffffffU)};
 }
@@ -35,7 +31,7 @@ struct Stop {
 /// Ends of the sides that lie on other sides, ordered by side and place.
 std::vector<Stop> stops_on(const std::vector<EdgeSide>& sides, const Surface& surface) {
   using Box = CGAL::Box_intersection_d::Box_with_info_d<double, 3, std::size_t>;
-  const double distance = kBesideEdge * tolerance::kContact * surface.diagonal();
+  const double distance = tolerance::kContact * surface.diagonal();
   const auto box = [&](const Vec3& a, const Vec3& b, double margin, std::size_t info) {
     const Vec3 lower = a.cwiseMin(b).array() - margin, upper = a.cwiseMax(b).array() + margin;
     return Box(CGAL::Bbox_3(lower.x(), lower.y(), lower.z(), upper.x(), upper.y(), upper.z()), info);
