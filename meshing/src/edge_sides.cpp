@@ -3,6 +3,7 @@
 #include <CGAL/box_intersection_d.h>
 
 #include <algorithm>
+#include <span>
 #include <tuple>
 
 #include "radiosity/meshing/tolerances.hpp"
@@ -21,17 +22,21 @@ void sort_by_edge(std::vector<EdgeSide>& sides) {
   });
 }
 
+/// A vertex beside an edge, both rounded, is no further from it than so many contact distances: millimetres in buildings.
+constexpr double kRoundedEdge = 200;
+
 /// Where a vertex lies on a side, as a share of the edge's length from its smaller number.
 struct Stop {
   std::size_t side;
   double along;
   Index vertex;
+  bool on_line;  ///< within kContact
 };
 
-/// Ends of the sides that lie on other sides, ordered by side and place.
+/// Ends of the sides that lie on other sides but for rounding, ordered by side and place.
 std::vector<Stop> stops_on(const std::vector<EdgeSide>& sides, const Surface& surface) {
   using Box = CGAL::Box_intersection_d::Box_with_info_d<double, 3, std::size_t>;
-  const double distance = tolerance::kContact * surface.diagonal();
+  const double contact = tolerance::kContact * surface.diagonal(), distance = kRoundedEdge * contact;
   const auto box = [&](const Vec3& a, const Vec3& b, double margin, std::size_t info) {
     const Vec3 lower = a.cwiseMin(b).array() - margin, upper = a.cwiseMax(b).array() + margin;
     return Box(CGAL::Bbox_3(lower.x(), lower.y(), lower.z(), upper.x(), upper.y(), upper.z()), info);
@@ -53,14 +58,33 @@ std::vector<Stop> stops_on(const std::vector<EdgeSide>& sides, const Surface& su
                              const auto [a, b] = edge_ends(sides[edge.info()].key);
                              const Vec3 from = surface.points[at(a)], d = surface.points[at(b)] - from;
                              const Vec3 x = surface.points[point.info()] - from;
-                             const double along = x.dot(d) / d.squaredNorm(), margin = distance / d.norm();
-                             if (along > margin && along < 1 - margin && (x - along * d).norm() <= distance)
-                               stops.push_back({edge.info(), along, static_cast<Index>(point.info())});
+                             const double along = x.dot(d) / d.squaredNorm(), margin = contact / d.norm();
+                             const double off = (x - along * d).norm();
+                             if (along > margin && along < 1 - margin && off <= distance)
+                               stops.push_back(
+                                   {edge.info(), along, static_cast<Index>(point.info()), off <= contact});
                            });
   std::sort(stops.begin(), stops.end(), [](const Stop& p, const Stop& q) {
     return std::tuple(p.side, p.along, p.vertex) < std::tuple(q.side, q.along, q.vertex);
   });
   return stops;
+}
+
+/// The vertices that divide a side: the stops of a chain of other sides that goes from one end to the other, or else those that
+/// are on its line to kContact.
+std::vector<Index> divide(const EdgeSide& side, std::span<const Stop> stops,
+                          const std::vector<EdgeSide>& sides) {
+  const auto [from, end] = edge_ends(side.key);
+  const auto is_side = [&](Index a, Index b) {
+    return std::binary_search(sides.begin(), sides.end(), EdgeSide{edge_key(a, b), 0, true},
+                              [](const EdgeSide& p, const EdgeSide& q) { return p.key < q.key; });
+  };
+  std::vector<Index> chain, on_line;
+  for (const Stop& stop : stops) {
+    if (is_side(chain.empty() ? from : chain.back(), stop.vertex)) chain.push_back(stop.vertex);
+    if (stop.on_line) on_line.push_back(stop.vertex);
+  }
+  return !chain.empty() && is_side(chain.back(), end) ? chain : on_line;
 }
 
 }  // namespace
@@ -85,12 +109,14 @@ std::vector<EdgeSide> edge_sides(const Surface& surface) {
   const std::vector<Stop> stops = stops_on(single, surface);
   auto stop = stops.begin();
   for (std::size_t s = 0; s < single.size(); ++s) {
+    const auto first = stop;
+    while (stop != stops.end() && stop->side == s) ++stop;
     auto [from, end] = edge_ends(single[s].key);
     const auto add = [&, &start = from](Index to) {
       sides.push_back({edge_key(start, to), single[s].polygon, single[s].forward == (start < to)});
       start = to;
     };
-    for (; stop != stops.end() && stop->side == s; ++stop) add(stop->vertex);
+    for (const Index v : divide(single[s], {first, stop}, single)) add(v);
     add(end);
   }
   sort_by_edge(sides);

@@ -42,7 +42,8 @@ struct EdgeSide {
 };
 
 /// The sides of all edges, ordered by edge, then by polygon. Edges that only one polygon has are divided at the ends of other such
-/// edges within kContact of them, so that those who meet at a T-junction share edges.
+/// edges within kContact of them, and at those a little further off that a chain of other edges joins from end to end, so that those
+/// who meet at a T-junction share edges.
 std::vector<EdgeSide> edge_sides(const Surface& surface);
 
 /// "face 3" or "faces 3, 7, 9 and 12 more".

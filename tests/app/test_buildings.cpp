@@ -81,7 +81,10 @@ TEST_P(FlawedBuildings, HaveTheLightOfTheBuildingThatWasMeant) {
   check("T-junctions", {.t_junctions = true});
   check("not planar", {.non_planar = true});
   check("sheets", {.sheets = true});
-  check("all", all_flaws());
+  Flaws all = all_flaws();
+  check("all", all);
+  all.decimals = 3;
+  check("all, in millimetres", all);
 }
 
 TEST_F(Buildings, WithAllFlawsHaveTheLightOfTheExactOneByExactFactors) {

@@ -165,12 +165,22 @@ TEST(Repair, TurnsFacesThatMeetTheirNeighboursAtTJunctions) {
   shape.face(rectangle(0, 0, 0.25, 1, 1)).face(rectangle(0.75, 0, 1, 1, 1));
   Shape middle = Shape().face(rectangle(0.25, 0, 0.75, 0.5, 1)).face(rectangle(0.25, 0.5, 0.75, 1, 1));
   shape.append(middle.reversed());
-  for (const double off : {0.0, 1e-7}) {  // of the edges that they meet
+  for (const double off : {0.0, 1e-7, 1e-4}) {  // of the edges that they meet
     const Shape meant =
         shape.mapped([&](const Vec3& x) { return x.x() > 0.3 && x.x() < 0.9 ? x + off * Vec3::UnitX() : x; });
     const Patches patches = make_patches(meant.scene(), KeepFaces{});
     EXPECT_EQ(patches.repairs.flipped_faces, 2);
     for (Index i = 5; i < 9; ++i) EXPECT_GT(patches.mesh.normal(i).z(), 0) << i;
+  }
+}
+
+TEST(Repair, LeavesAnOrnamentBesideTheEdgeOfAWallAsItIs) {
+  // It shares no corner with the wall: millimetres are a T-junction where the whole edge is met.
+  const Shape ornament = Shape().face({{1, 0, 1e-4}, {1, 1, 1e-4}, {2, 1, 1e-4}, {2, 0, 1e-4}});
+  for (const Shape& way : {ornament, ornament.reversed()}) {
+    Shape shape = Shape().face({{0, 0, 0}, {4, 0, 0}, {4, 0, 2}, {0, 0, 2}});
+    shape.append(way);
+    EXPECT_EQ(make_patches(shape.scene(), KeepFaces{}).repairs.flipped_faces, 0);
   }
 }
 
