@@ -59,6 +59,7 @@ bool meets_back(const Visibility::Hit& hit) {
 
 /// What 64 directions from the front of a patch meet. Kept apart from the sums, so that threads do not change their bits.
 struct Glance {
+  Index from = 0;
   std::array<Visibility::Hit, kRays> hits;
   bool blind() const { return std::none_of(hits.begin(), hits.end(), meets_front); }
 };
@@ -74,10 +75,11 @@ std::vector<Glance> glances(const Visibility& visibility, const Eigen::ArrayXd& 
   tbb::parallel_for(0, count, [&](int k) {
     const double place = (k + 0.5) / count * up_to.back();
     const auto found = std::upper_bound(up_to.begin(), up_to.end() - 1, place);
-    look(visibility, static_cast<Index>(found - up_to.begin()), 1,
-         RandomStream(seed, static_cast<std::uint64_t>(k)),
-         [&, &hits = result[static_cast<std::size_t>(k)].hits](std::size_t ray, const Visibility::Hit& hit) {
-           hits[ray] = hit;
+    Glance& glance = result[static_cast<std::size_t>(k)];
+    glance.from = static_cast<Index>(found - up_to.begin());
+    look(visibility, glance.from, 1, RandomStream(seed, static_cast<std::uint64_t>(k)),
+         [&](std::size_t ray, const Visibility::Hit& hit) {
+           glance.hits[ray] = hit;
            return true;
          });
   });
@@ -89,11 +91,13 @@ bool emits(const Material& material) {
 }
 
 /// Shares of the directions that meet backs of materials that do not emit.
-std::vector<double> shares_of_backs(const std::vector<Glance>& all, const PatchMesh& mesh, bool even_blind) {
+std::vector<double> shares_of_backs(const std::vector<Glance>& all, const Visibility& visibility,
+                                    bool even_blind) {
+  const PatchMesh& mesh = visibility.mesh();
   std::vector<double> shares(mesh.materials().size(), 0);
   double directions = 0;
   for (const Glance& from : all) {
-    if (!even_blind && from.blind()) continue;
+    if (visibility.covered(from.from) || (!even_blind && from.blind())) continue;
     directions += kRays;
     for (const Visibility::Hit& hit : from.hits)
       if (meets_back(hit) && !emits(mesh.material_of(hit.patch))) shares[at(mesh.material(hit.patch))] += 1;
@@ -151,7 +155,7 @@ SeenSides seen_sides(const Visibility& visibility, std::uint64_t seed) {
   const std::vector<Glance> all = glances(visibility, mesh.areas(), kPlaces, seed);
   const auto blind = std::count_if(all.begin(), all.end(), [](const Glance& from) { return from.blind(); });
   seen.blind = static_cast<double>(blind) / static_cast<double>(all.size());
-  seen.backs_of = shares_of_backs(all, mesh, false);
+  seen.backs_of = shares_of_backs(all, visibility, false);
   seen.backs = sum(seen.backs_of);
 
   // Relative to the largest of both factors: a sum of powers might be more than a double holds.
@@ -159,7 +163,7 @@ SeenSides seen_sides(const Visibility& visibility, std::uint64_t seed) {
   const double most = emission.maxCoeff() > 0 ? emission.maxCoeff() : 1;
   const Eigen::ArrayXd power = (emission / most).rowwise().sum() * (mesh.areas() / mesh.areas().maxCoeff());
   const std::vector<Glance> lamps = glances(visibility, power, kLampPlaces, seed + 1);
-  seen.lamp_backs_of = shares_of_backs(lamps, mesh, true);
+  seen.lamp_backs_of = shares_of_backs(lamps, visibility, true);
   seen.lamp_backs = sum(seen.lamp_backs_of);
 
   // Lamps that look at backs stand inside: they would look the wrong way if all were turned over.

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "radiosity/meshing/tolerances.hpp"
-
 namespace radiosity {
 namespace {
 
@@ -106,7 +104,7 @@ double WindingNumber::sum(std::size_t first, std::size_t last, const Vec3& q) co
   return total;
 }
 
-double WindingNumber::approximate(const Vec3& q) const {
+double WindingNumber::operator()(const Vec3& q) const {
   double total = 0;
   std::vector<std::size_t> open;
   if (!nodes_.empty()) open.push_back(0);
@@ -124,17 +122,6 @@ double WindingNumber::approximate(const Vec3& q) const {
     }
   }
   return total / (4 * std::numbers::pi);
-}
-
-double WindingNumber::exact(const Vec3& q) const {
-  return sum(0, triangles_.size(), q) / (4 * std::numbers::pi);
-}
-
-bool WindingNumber::is_whole(const Vec3& q, double approximate_w) const {
-  const auto off = [](double w) { return std::abs(w - std::round(w)); };
-  const double about = off(approximate_w);
-  const bool doubtful = std::abs(about - tolerance::kWholeWinding) <= tolerance::kWindingError;
-  return (doubtful ? off(exact(q)) : about) <= tolerance::kWholeWinding;
 }
 
 }  // namespace radiosity

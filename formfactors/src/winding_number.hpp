@@ -16,14 +16,8 @@ class WindingNumber {
  public:
   explicit WindingNumber(const std::vector<Facet>& facets);
 
-  /// Off by less than tolerance::kWindingError; O(log n).
-  double approximate(const Vec3& q) const;
-
-  /// The sum over all triangles [VanOosterom1983].
-  double exact(const Vec3& q) const;
-
-  /// Whether w is whole, of closed surfaces; with the exact sum where the approximation leaves a doubt.
-  bool is_whole(const Vec3& q, double approximate_w) const;
+  /// Off by less than 0.005; O(log n).
+  double operator()(const Vec3& q) const;
 
  private:
   using Triangle = std::array<Vec3, 3>;

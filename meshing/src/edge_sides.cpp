@@ -53,17 +53,16 @@ std::vector<Stop> stops_on(const std::vector<EdgeSide>& sides, const Surface& su
   for (const Index v : ends) points.push_back(box(surface.points[at(v)], surface.points[at(v)], 0, at(v)));
 
   std::vector<Stop> stops;
-  CGAL::box_intersection_d(edges.begin(), edges.end(), points.begin(), points.end(),
-                           [&](const Box& edge, const Box& point) {
-                             const auto [a, b] = edge_ends(sides[edge.info()].key);
-                             const Vec3 from = surface.points[at(a)], d = surface.points[at(b)] - from;
-                             const Vec3 x = surface.points[point.info()] - from;
-                             const double along = x.dot(d) / d.squaredNorm(), margin = contact / d.norm();
-                             const double off = (x - along * d).norm();
-                             if (along > margin && along < 1 - margin && off <= distance)
-                               stops.push_back(
-                                   {edge.info(), along, static_cast<Index>(point.info()), off <= contact});
-                           });
+  CGAL::box_intersection_d(
+      edges.begin(), edges.end(), points.begin(), points.end(), [&](const Box& edge, const Box& point) {
+        const auto [a, b] = edge_ends(sides[edge.info()].key);
+        const Vec3 from = surface.points[at(a)], d = surface.points[at(b)] - from;
+        const Vec3 x = surface.points[point.info()] - from;
+        const double along = x.dot(d) / d.squaredNorm(), margin = contact / d.norm();
+        const double off = (x - along * d).norm();
+        if (along > margin && along < 1 - margin && off <= distance)
+          stops.push_back({edge.info(), along, static_cast<Index>(point.info()), off <= contact});
+      });
   std::sort(stops.begin(), stops.end(), [](const Stop& p, const Stop& q) {
     return std::tuple(p.side, p.along, p.vertex) < std::tuple(q.side, q.along, q.vertex);
   });

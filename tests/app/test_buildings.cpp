@@ -87,6 +87,16 @@ TEST_P(FlawedBuildings, HaveTheLightOfTheBuildingThatWasMeant) {
   check("all, in millimetres", all);
 }
 
+TEST_F(Buildings, AreNotToldThatLightEndsInTheFurnitureThatStandsOnTheFloor) {
+  // A box on a box on the floor, and a lamp of one face, with which the room is not quite closed.
+  write_building(building(), folder() / "building.obj");
+  write("scene.toml", "mesh = \"building.obj\"\nsides = \"auto\"\n");
+  const Outcome outcome = run({"solve", "scene.toml", "-o", "out.vtp", "--patch-size", "1.5", "--method",
+                               "hemisphere", "--samples", "64", "--no-error-estimate"});
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ((outcome.out + outcome.err).find("ends on backs"), std::string::npos) << outcome.out;
+}
+
 TEST_F(Buildings, WithAllFlawsHaveTheLightOfTheExactOneByExactFactors) {
   const BuildingSettings one_room{.along = 1};
   expect_near(means(building(one_room, all_flaws()), "analytic"), means(building(one_room), "analytic"),

@@ -36,7 +36,8 @@ class Visibility {
   /// The patch lies against another one that faces it: a wall behind a cupboard, the cupboard's back. Such a patch sees nothing
   /// and nothing sees it. Told from the two sides of a wall without thickness by the winding number of all polygons
   /// just before the patch, w = Σ Ω / 4π [VanOosterom1983]: 1 in a room, 0 inside the furniture and behind the walls;
-  /// 0 and −1 where no room is round the scene. In open scenes, where such numbers are not whole, no patch counts as covered.
+  /// 0 and −1 where no room is round the scene. In open scenes, where such numbers are not whole before most patches, none counts as
+  /// covered.
   bool covered(Index patch) const { return covered_[static_cast<std::size_t>(patch)] != 0; }
 
   static constexpr Index kNothing = -1;  ///< the ray leaves the scene

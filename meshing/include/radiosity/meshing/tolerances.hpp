@@ -80,13 +80,12 @@ inline constexpr double kOnPlane = 1e-13;
 /// Patches are of one size when their areas differ by less than this share: rounding must not choose between them.
 inline constexpr double kSameArea = 1e-9;
 
-/// A winding number is whole when it is this near to an integer: of closed surfaces it is one but for rounding, and an opening
-/// that takes 2 % of the sphere shows.
-inline constexpr double kWholeWinding = 0.02;
+/// A winding number is whole when it is this near to an integer: of closed surfaces it is one but for rounding, and a lamp of one face
+/// adds the share of the sphere that it takes, a few per cent of most places in a room.
+inline constexpr double kWholeWinding = 0.1;
 
-/// Winding numbers by far fields of groups of triangles are off by less than this; nearer to the limit of kWholeWinding the exact
-/// sum decides.
-inline constexpr double kWindingError = 5e-3;
+/// Surfaces are closed but for such lamps and screens when winding numbers are whole before this share of their area.
+inline constexpr double kMostlyClosed = 0.9;
 
 /// Pairs further apart than kFarPair · (sum of their radii) take product quadrature of degree 5: for squares in any
 /// position its relative error there is 3e-6 at worst and 3e-7 rms, and falls with the sixth power of the distance. The
