@@ -3,7 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <limits>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -23,7 +25,9 @@ struct OtherPilot {
   double dear_s;
 };
 constexpr std::array kOtherPilots{OtherPilot{"hemisphere", 0.5}, OtherPilot{"analytic", 10}};
+constexpr Index kManyPatches = 10 * kPilotPatches;  // beyond which no pilot is a small solve
 constexpr int kMostRounds = 8;
+constexpr double kMostPatches = std::numeric_limits<Index>::max();
 constexpr double kMemoryInUse = 0.8;  // of the limit: a mesh may have more patches than its size lets expect
 
 class Rounds {
@@ -54,7 +58,10 @@ class Rounds {
       next.method = std::string(plan->method->name);
       next.samples = plan->options.samples;
       if (plan->options.resolution > 0) next.resolution = plan->options.resolution;
-      next.patches = PatchSize{plan->patch_size};
+      if (plan->patch_size > 0)
+        next.patches = PatchSize{plan->patch_size};
+      else
+        next.patches = AutoPatches{static_cast<Index>(std::min(plan->patches, kMostPatches))};
       next.tolerance = plan->tolerance;
       solve(next);
       if (rounds_.size() == before) break;  // interrupted, or the faces made more patches than expected
@@ -76,11 +83,16 @@ class Rounds {
     first.samples = std::nullopt;  // those of a scene file are of no certain method
     first.resolution = 32;
     pilot(first);
-    // Nothing that samples comes near exact pairs; what costs n² is no pilot where faces are many.
-    if (best_->first.exact || best_->first.method == "hemisphere") return;
+    // Nothing that samples comes near exact pairs; what costs n² is no pilot where faces are many, unless rays do not tell what
+    // they are wrong by.
+    const Solved& done = best_->first;
+    const bool rays = done.method == "hemisphere";
+    const bool known = done.error && done.error->form_factors;
+    if (done.exact || (rays && known) || done.patches.mesh.patch_count() > kManyPatches) return;
     first.resolution = std::nullopt;
     for (const OtherPilot& other : kOtherPilots) {
       if (interrupted() || reached()) return;
+      if (rays && other.method == "hemisphere") continue;
       const auto plan = plan_accuracy(rounds_, limits());
       if (plan && plan->seconds < other.dear_s) return;
       first.method = other.method;
@@ -90,13 +102,14 @@ class Rounds {
 
   // Faces that are many leave no coarser mesh to compare a coarse one with.
   void pilot(SceneSettings settings) {
-    for (Index target = kPilotPatches;; target *= 4) {
+    for (Index target = kPilotPatches;;) {
       settings.patches = AutoPatches{target};
       const std::size_t before = rounds_.size();
       solve(settings);
-      if (interrupted() || rounds_.size() == before || rounds_.back().error.patches ||
-          target > 10 * kPilotPatches)
-        return;
+      if (interrupted() || rounds_.size() == before || rounds_.back().error.patches) return;
+      target = std::max(target, rounds_.back().patches);
+      if (target > kManyPatches) return;
+      target *= 4;
     }
   }
 
@@ -123,11 +136,10 @@ class Rounds {
     round.seconds = seconds;
     round.error = *solved.error;
     facts_.rounds.push_back(
-        {solved.method, round.options.samples, round.patches, round.patch_size, round.error.total, seconds});
-    job_.console.line(rounds_.empty() ? "accuracy" : "", "{} %{} by {}, {} patches, {} samples, in {}",
-                      fmt::format("{:.2g}", 100 * round.error.total),
-                      round.error.patches ? "" : " and what the patches add", solved.method, round.patches,
-                      round.options.samples, seconds_text(seconds));
+        {solved.method, round.options.samples, round.patches, round.patch_size, seconds, round.error.total});
+    job_.console.line(rounds_.empty() ? "accuracy" : "", "{:.2g} %{} by {}, {} patches, {} samples, in {}",
+                      100 * round.error.known, round.error.total ? "" : " and what is unknown", solved.method,
+                      round.patches, round.options.samples, seconds_text(seconds));
     const bool better = !best_ || !best_->first.error || worth(round.error) < worth(*best_->first.error);
     rounds_.push_back(std::move(round));
     if (better) best_.emplace(std::move(solved), std::move(job.report));
@@ -136,7 +148,7 @@ class Rounds {
   }
 
   // An error of which a part is not known is worse than any that is.
-  static std::pair<bool, double> worth(const ErrorEstimate& error) { return {!error.patches, error.total}; }
+  static std::pair<bool, double> worth(const ErrorEstimate& error) { return {!error.total, error.known}; }
 
   bool reached() const {
     return best_ && best_->first.error && worth(*best_->first.error) <= std::pair{false, goal_};
@@ -158,16 +170,11 @@ class Rounds {
     job_.report = std::move(best_->second);
     job_.report.accuracy = facts_;
     const Solved& solved = best_->first;
-    if (facts_.reached) {
-      const ErrorEstimate& error = *solved.error;
-      job_.console.line("error",
-                        "about {:.2g} % of the reflected light (rms): form factors {:.2g} %, patches {:.2g} "
-                        "%, solver {:.2g} %",
-                        100 * error.total, 100 * error.form_factors, 100 * *error.patches,
-                        100 * error.solver);
-    } else {
+    if (solved.error) tell_error(job_, *solved.error);
+    if (!facts_.reached) {
       job_.console.line("not reached", "{}; this is the best there is",
-                        interrupted() ? "stopped by Ctrl-C or the time limit"
+                        interrupted()                          ? "stopped by Ctrl-C or the time limit"
+                        : solved.error && !solved.error->total ? "a part of the error is unknown"
                         : job_.options.time_limit > 0 || job_.options.memory_limit_gb > 0
                             ? "time or memory do not allow more"
                             : "finer meshes and more samples did not bring the estimate down far enough");

@@ -78,12 +78,13 @@ int run_solve(const Options& options) {
       steps.keep(solution.report.iterations, solution.radiosity);
       steps.write(options.series_file, mesh, exposure);
     }
+    const bool error_known = solved.error && solved.error->total;
     BandArray error;
-    if (solved.error) error = solved.error->per_patch.middleCols(first, bands);
+    if (error_known) error = solved.error->per_patch.middleCols(first, bands);
     write_solution(
         file, mesh, solution,
         {RADIOSITY_VERSION, options.command_line, solved.method, solved.solver, job.report.converged},
-        exposure, solved.error ? &error : nullptr);
+        exposure, error_known ? &error : nullptr);
     outputs.written(file);
   }
   outputs.finish();

@@ -49,7 +49,8 @@ std::string repairs_text(const Repairs& r) {
 
 std::string patch_rule(const PatchOptions& options, double size) {
   if (std::holds_alternative<KeepFaces>(options)) return "the faces as they are";
-  if (size == 0) return "no face divided for its size";
+  if (const auto* wanted = std::get_if<AutoPatches>(&options); wanted != nullptr && size == 0)
+    return fmt::format("the faces kept, as they are not fewer than the {} aimed at (auto)", wanted->target);
   return fmt::format("no edge longer than {:.4g} m{}", size,
                      std::holds_alternative<AutoPatches>(options) ? " (auto)" : "");
 }
@@ -292,6 +293,17 @@ FormFactorMatrix form_factor_stage(Job& job, const FormFactorMethod& method, con
   return matrix;
 }
 
+void tell_error(Job& job, const ErrorEstimate& error) {
+  const auto percent = [](double share) { return fmt::format("{:.2g} %", 100 * share); };
+  const auto part = [&](const std::optional<double>& share) { return share ? percent(*share) : "unknown"; };
+  job.console.line("error", "{} of the reflected light (rms): form factors {}, patches {}{}, solver {}",
+                   error.total ? "about " + percent(*error.total) : "total unknown;",
+                   part(error.form_factors), part(error.patches),
+                   error.order ? fmt::format(" (falls as size^{:.2g})", *error.order) : "",
+                   percent(error.solver));
+  for (const std::string& note : error.notes) job.console.line("", "{}", note);
+}
+
 std::optional<ErrorEstimate> error_stage(Job& job, SolvedProblem problem) {
   job.stage.lap();
   std::optional<ErrorEstimate> error;
@@ -306,14 +318,7 @@ std::optional<ErrorEstimate> error_stage(Job& job, SolvedProblem problem) {
     job.console.line("error", "interrupted before it was known");
     return error;
   }
-  const auto percent = [](double share) { return fmt::format("{:.2g} %", 100 * share); };
-  job.console.line("error", "about {} of the reflected light (rms): form factors {}, patches {}, solver {}",
-                   percent(error->total), percent(error->form_factors),
-                   error->patches
-                       ? fmt::format("{} (falls as size^{:.2g})", percent(*error->patches), *error->order)
-                       : "unknown",
-                   percent(error->solver));
-  for (const std::string& note : error->notes) job.console.line("", "{}", note);
+  tell_error(job, *error);
   return error;
 }
 
@@ -408,9 +413,10 @@ Solved solve_stage(Job& job, const Scene& scene, const SceneSettings& settings, 
   if (facts.assembly.completed && job.report.converged && job.options.estimate_error) {
     if (stored) {
       form_factors.reset();  // the estimate needs the memory
-      error = error_stage(
-          job, {merged, patches, visibility, *chosen.info, chosen.options, assembly_options(job.options),
-                *solver, options, solution, facts.assembly.lamps, facts.assembly.unrestored()});
+      error =
+          error_stage(job, {merged, patches, visibility, *chosen.info, chosen.options,
+                            assembly_options(job.options), *solver, options, solution, facts.assembly.lamps,
+                            facts.assembly.unrestored(), facts.assembly.unreliable});
     } else {
       job.console.line("error", "not estimated: that takes factors that are stored");
     }

@@ -46,6 +46,9 @@ Patches patch_stage(Job& job, const Scene& scene, const SceneSettings& settings)
 /// What patch_stage says of patches, for those that were made elsewhere.
 void tell_patches(Job& job, const Patches& patches, const PatchOptions& options);
 
+/// Says the total, or why there is none, its parts and its notes.
+void tell_error(Job& job, const ErrorEstimate& error);
+
 /// Warns where fronts look outwards, or light meets backs.
 void sides_stage(Job& job, const Visibility& visibility);
 

@@ -533,6 +533,7 @@ FormFactorMatrix assemble(const FormFactorMethod& method, const Visibility& visi
         escaped[at(i)] = std::max(0.0, 1 - sum(rows[at(i)]));
     }
     facts.warnings = std::move(chosen.warnings);
+    facts.unreliable = chosen.unreliable;
   }
 
   // What the rows should sum to.

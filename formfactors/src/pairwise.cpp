@@ -169,6 +169,7 @@ PairwisePatches pairwise_patches(const FormFactorMethod& method, const Visibilit
                     "the wrong side; their "
                     "factors are wrong, and they are too many to be computed pair by pair; {} tells them",
                     near.size(), tolerance::kNearPlane * mesh.diagonal(), analytic));
+    out.unreliable = static_cast<Index>(near.size());
     near.clear();
   }
 

@@ -20,6 +20,7 @@ struct PairwisePatches {
   Index lamps = 0;                       ///< how many of them emit
   std::vector<Index> misjudged;          ///< those whose escaping share the directions do not tell either
   std::vector<std::string> warnings;     ///< of those that are too many
+  Index unreliable = 0;                  ///< AssemblyReport::unreliable
   std::unique_ptr<PairFactors> factors;  ///< absent where `patches` is empty
 };
 

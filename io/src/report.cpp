@@ -126,13 +126,19 @@ Json to_json(const EnergyBalance& energy) {
           {"imbalance", numbers(energy.imbalance)}};
 }
 
+Json to_json(const std::optional<double>& value) {
+  return value ? Json(*value) : Json();
+}
+
 Json to_json(const ErrorEstimate& error) {
-  Json json = {{"form_factors", error.form_factors}};
-  if (error.patches) json["patches"] = *error.patches;
-  json.update({{"solver", error.solver}, {"total", error.total}, {"largest", error.largest}});
-  if (error.order) json["order"] = *error.order;
-  json["notes"] = error.notes;
-  return json;
+  return {{"form_factors", to_json(error.form_factors)},
+          {"patches", to_json(error.patches)},
+          {"solver", error.solver},
+          {"total", to_json(error.total)},
+          {"known", error.known},
+          {"largest", to_json(error.largest)},
+          {"order", to_json(error.order)},
+          {"notes", error.notes}};
 }
 
 Json to_json(const Report::Accuracy& accuracy) {
@@ -142,7 +148,7 @@ Json to_json(const Report::Accuracy& accuracy) {
                       {"samples", round.samples},
                       {"patches", round.patches},
                       {"patch_size_m", round.patch_size_m},
-                      {"error", round.error},
+                      {"error", to_json(round.error)},
                       {"seconds", round.seconds}});
   return {{"goal", accuracy.goal}, {"reached", accuracy.reached}, {"rounds", rounds}};
 }

@@ -29,7 +29,7 @@ AccuracyPlan scale(const AccuracyRound& round, double target) {
   const double q = kind.q, a = kind.a, b = round.exact ? 0 : kind.b;
   const double squared = target * target * (1 - kSolverShare * kSolverShare);
   const double patch_error = round.error.patches.value_or(0);
-  const double noise = round.error.form_factors;
+  const double noise = *round.error.form_factors;
 
   double more_samples = 1;
   double noise_squared = 0;
@@ -70,10 +70,11 @@ std::optional<AccuracyPlan> plan_accuracy(std::span<const AccuracyRound> rounds,
   std::vector<const AccuracyRound*> latest;
   double reached = std::numeric_limits<double>::infinity();
   for (const AccuracyRound& round : rounds) {
+    if (!round.error.form_factors) continue;  // nothing to scale
     const auto same = std::find_if(latest.begin(), latest.end(),
                                    [&](const AccuracyRound* other) { return other->method == round.method; });
     same == latest.end() ? latest.push_back(&round) : void(*same = &round);
-    if (round.error.patches) reached = std::min(reached, round.error.total);
+    if (round.error.total) reached = std::min(reached, *round.error.total);
   }
   const auto fits = [&](const AccuracyPlan& plan) {
     return plan.seconds <= goal.seconds && (goal.bytes == 0 || plan.bytes <= static_cast<double>(goal.bytes));

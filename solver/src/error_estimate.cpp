@@ -7,10 +7,13 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <new>
+#include <string_view>
 #include <unordered_map>
 #include <utility>
 
 #include "light_unit.hpp"
+#include "radiosity/meshing/error.hpp"
 #include "radiosity/meshing/patch_locator.hpp"
 #include "solvers.hpp"
 
@@ -287,6 +290,36 @@ BandArray restrict_to(const PatchMesh& coarse, const PatchMesh& fine, const Band
 
 namespace {
 
+// Largest error over what is reflected, of the patches that reflect 1 % of the mean or more.
+double largest_share(const PatchMesh& mesh, const BandArray& error, const BandArray& reflected) {
+  double largest = 0;
+  for (Eigen::Index b = 0; b < error.cols(); ++b) {
+    const double mean = (mesh.areas() * reflected.col(b)).sum() / mesh.areas().sum();
+    if (!(mean > 0)) continue;
+    const Eigen::ArrayXd relative =
+        (reflected.col(b) >= 0.01 * mean).select(error.col(b) / reflected.col(b), 0.0);
+    largest = std::max(largest, relative.maxCoeff());
+  }
+  return largest;
+}
+
+// What `compute` gives; nothing, and a note, where it has not the memory or breaks a rule: the solution stands without it.
+template <class Compute>
+auto attempt(std::string_view part, std::vector<std::string>& notes, Compute&& compute)
+    -> std::optional<decltype(compute())> {
+  const auto note = [&](std::string_view why) {
+    notes.push_back(fmt::format("error of the {}: not estimated: {}", part, why));
+  };
+  try {
+    return compute();
+  } catch (const Error& error) {
+    note(error.what());
+  } catch (const std::bad_alloc&) {
+    note("out of memory");
+  }
+  return std::nullopt;
+}
+
 ErrorEstimate estimate(const SolvedProblem& problem) {
   const PatchMesh& mesh = problem.patches.mesh;
   const BandArray& radiosity = problem.solution.radiosity;
@@ -301,30 +334,47 @@ ErrorEstimate estimate(const SolvedProblem& problem) {
     options.samples = std::max<Index>(64, options.samples / 4);
     noisier = static_cast<double>(method->options().samples) / static_cast<double>(options.samples);
   }
-  const std::unique_ptr<Coarser> twice = twice_the_size(problem, options, out.notes);
-  const Noise noise = form_factor_error(problem, *method, twice.get());
-  const double unrestored = problem.unrestored * problem.unrestored;
-  out.form_factors = std::sqrt(noise.relative_square.maxCoeff() + unrestored);
-
+  const auto twice = attempt("patches", out.notes, [&] {
+                       return twice_the_size(problem, options, out.notes);
+                     }).value_or(nullptr);
   const BandArray reflected = radiosity - mesh.emission();
-  Eigen::ArrayXd square = noise.relative_square + unrestored + out.solver * out.solver;
-  out.per_patch = noise.per_patch.square() + (out.solver * reflected).square();
-  if (twice) {
-    const PatchError patches = patch_error(problem, *twice, options, noise.relative_square, noisier);
-    out.patches = std::sqrt(patches.relative_square.maxCoeff());
-    out.order = patches.order;
-    square += patches.relative_square;
-    out.per_patch += patches.per_patch.square();
+  Eigen::ArrayXd square = Eigen::ArrayXd::Constant(radiosity.cols(), out.solver * out.solver);
+  out.per_patch = (out.solver * reflected).square();
+
+  const auto noise =
+      attempt("form factors", out.notes, [&] { return form_factor_error(problem, *method, twice.get()); });
+  if (noise) {
+    const Eigen::ArrayXd all = noise->relative_square + problem.unrestored * problem.unrestored;
+    out.form_factors = std::sqrt(all.maxCoeff());
+    square += all;
+    out.per_patch += noise->per_patch.square();
+  }
+  if (out.form_factors && problem.unreliable > 0) {
+    out.notes.push_back(
+        fmt::format("error of the form factors: those of {} patches that nearly touch others are wrong by an "
+                    "unknown amount; but for them it is {:.2g} %",
+                    problem.unreliable, 100 * *out.form_factors));
+    out.form_factors.reset();
+  }
+
+  const auto patches = twice ? attempt("patches", out.notes,
+                                       [&] {
+                                         const Eigen::ArrayXd none = Eigen::ArrayXd::Zero(radiosity.cols());
+                                         return patch_error(problem, *twice, options,
+                                                            noise ? noise->relative_square : none, noisier);
+                                       })
+                             : std::nullopt;
+  if (patches) {
+    out.patches = std::sqrt(patches->relative_square.maxCoeff());
+    out.order = patches->order;
+    square += patches->relative_square;
+    out.per_patch += patches->per_patch.square();
   }
   out.per_patch = out.per_patch.sqrt();
-  out.total = std::sqrt(square.maxCoeff());
-  for (Index b = 0; b < radiosity.cols(); ++b) {
-    const double mean = (mesh.areas() * reflected.col(b)).sum() / mesh.areas().sum();
-    if (!(mean > 0)) continue;
-    const Eigen::ArrayXd relative =
-        (reflected.col(b) >= 0.01 * mean).select(out.per_patch.col(b) / reflected.col(b), 0.0);
-    out.largest = std::max(out.largest, relative.maxCoeff());
-  }
+  out.known = std::sqrt(square.maxCoeff());
+  if (!out.form_factors || !out.patches) return out;
+  out.total = out.known;
+  out.largest = largest_share(mesh, out.per_patch, reflected);
   return out;
 }
 
@@ -343,9 +393,10 @@ std::optional<ErrorEstimate> estimate_error(const SolvedProblem& problem) try {
   const Patches patches{
       mesh.with_materials(in_units(mesh.materials(), unit)), {}, {}, problem.patches.patch_size};
   solution.radiosity.rowwise() /= unit.transpose();
-  ErrorEstimate out = estimate({scene, patches, problem.visibility, problem.method,
-                                problem.form_factor_options, problem.assembly, problem.solver,
-                                problem.solver_options, solution, problem.lamps, problem.unrestored});
+  ErrorEstimate out =
+      estimate({scene, patches, problem.visibility, problem.method, problem.form_factor_options,
+                problem.assembly, problem.solver, problem.solver_options, solution, problem.lamps,
+                problem.unrestored, problem.unreliable});
   out.per_patch.rowwise() *= unit.transpose();
   return out;
 } catch (const Stopped&) {

@@ -78,6 +78,19 @@ TEST_F(Accuracy, SaysSoWhereItIsOutOfReach) {
   EXPECT_GT(solved("out.vtp").mesh.patch_count(), 6);
 }
 
+// 726 faces are more than the first round aims at, so that no size divides them and no coarser mesh tells their error.
+TEST_F(Accuracy, IsDeliveredWhereTheFacesAreManyAndKeptAtFirst) {
+  write_cube();
+  ASSERT_EQ(run({"solve", "cube.toml", "-o", "fine.vtp", "--patch-size", "0.095", "--quiet"}).status, 0);
+  const Outcome result =
+      run({"solve", "fine.vtp", "-o", "out.vtp", "--accuracy", "2", "--report", "out.json"});
+  EXPECT_EQ(result.status, 0) << result.err;
+  const json facts = report();
+  EXPECT_TRUE(facts["accuracy"]["rounds"][0]["error"].is_null());
+  EXPECT_EQ(facts["accuracy"]["rounds"][0]["patches"], 6 * 11 * 11);
+  EXPECT_LE(facts["error"]["total"], 0.02);
+}
+
 TEST_F(Accuracy, ChoosesWhatIsNotGivenAndRefusesWhatIs) {
   write_cube();
   expect_one_error(run({"solve", "cube.toml", "-o", "out.vtp", "--accuracy", "1", "--patch-size", "0.1"}), 2,

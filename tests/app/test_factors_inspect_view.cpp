@@ -94,6 +94,17 @@ TEST_F(Inspect, TellsWhatIsInTheScene) {
   EXPECT_THAT(files(), ::testing::ElementsAre("cube.obj", "cube.toml"));
 }
 
+// 6 · 30² faces, and auto aims at 5,000 patches.
+TEST_F(Inspect, SaysThatFacesAreKeptWhereTheyAreMoreThanAutoAimsAt) {
+  write_cube();
+  ASSERT_EQ(run({"solve", "cube.toml", "-o", "fine.vtp", "--patch-size", "0.0334", "--method", "hemisphere",
+                 "--samples", "64", "--no-error-estimate"})
+                .status,
+            0);
+  EXPECT_THAT(run({"inspect", "fine.vtp", "--samples", "64"}).out,
+              HasSubstr("5400, the faces kept, as they are not fewer than the 5000 aimed at (auto)"));
+}
+
 TEST_F(Inspect, NeedsNeitherMaterialsNorALamp) {
   write("dark.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   EXPECT_EQ(run({"inspect", "dark.obj"}).status, 0);

@@ -175,6 +175,37 @@ TEST_F(Solve, SaysWhichMethodAutoChoseAndWhy) {
   EXPECT_THAT(result.out, HasSubstr("chosen: "));
 }
 
+// The sizes are those of ErrorEstimate.SaysWhichPartItHasNoMemoryFor.
+TEST_F(Solve, WritesTheResultWhereItsErrorCannotBeEstimatedForWantOfMemory) {
+  write_cube();
+  ASSERT_EQ(run({"solve", "cube.toml", "-o", "fine.vtp", "--patch-size", "0.1"}).status, 0);
+  const Outcome result =
+      run({"solve", "fine.vtp", "-o", "out.vtp", "--patch-size", "none", "--method", "hemicube", "--samples",
+           "1", "--resolution", "8", "--memory-limit", "0.005", "--report", "out.json"});
+  EXPECT_EQ(result.status, 0);
+  EXPECT_EQ(result.err, "");
+  EXPECT_THAT(result.out, AllOf(HasSubstr("total unknown"), HasSubstr("not estimated: memory limit")));
+  EXPECT_EQ(solved().mesh.patch_count(), 600);
+  EXPECT_TRUE(report().at("error").at("form_factors").is_null());
+  EXPECT_TRUE(report().at("error").at("total").is_null());
+}
+
+TEST_F(Solve, KnowsNoTotalErrorWhereTheFacesAreKeptAsTheyAre) {
+  write_cube();
+  const Outcome result =
+      run({"solve", "cube.toml", "-o", "out.vtp", "--patch-size", "none", "--report", "out.json"});
+  EXPECT_EQ(result.status, 0);
+  EXPECT_THAT(result.out,
+              AllOf(HasSubstr("total unknown"), HasSubstr("patches unknown"), Not(HasSubstr("about"))));
+  const json error = report().at("error");
+  EXPECT_TRUE(error.at("patches").is_null());
+  EXPECT_TRUE(error.at("total").is_null());
+  EXPECT_EQ(error.at("form_factors"), 0);  // exact in a convex room
+  EXPECT_EQ(read("out.vtp").find("radiosity_error"), std::string::npos);
+  ASSERT_EQ(run({"solve", "cube.toml", "-o", "out.vtp", "--patch-size", "0.25"}).status, 0);
+  EXPECT_NE(read("out.vtp").find("radiosity_error"), std::string::npos);
+}
+
 TEST_F(Solve, PrintsNothingWhenQuiet) {
   write_cube();
   const Outcome result = run({"solve", "cube.toml", "-o", "out.vtp", "--patch-size", "0.5", "--quiet"});

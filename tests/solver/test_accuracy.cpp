@@ -26,7 +26,7 @@ AccuracyRound round(std::string_view method, double form_factors, double patches
 /// What the formulas of AccuracyPlan say of a plan that scales one round.
 double expected_noise(const AccuracyRound& round, const AccuracyPlan& plan) {
   const double more = plan.options.samples / static_cast<double>(round.options.samples);
-  return round.error.form_factors * std::pow(more, round.reciprocal ? -1 : -0.5);
+  return *round.error.form_factors * std::pow(more, round.reciprocal ? -1 : -0.5);
 }
 double expected_patch_error(const AccuracyRound& round, const AccuracyPlan& plan) {
   return *round.error.patches * std::pow(plan.patches / round.patches, -*round.error.order / 2);
@@ -85,9 +85,18 @@ TEST(AccuracyPlan, DoesTheBestThatTimeAndMemoryAllow) {
 TEST(AccuracyPlan, LooksForTheErrorOfPatchesOnAFinerMesh) {
   AccuracyRound first = round("hemisphere", 0.001, 0, 1);
   first.error.patches.reset();
+  first.error.total.reset();
   const auto plan = plan_accuracy(std::span(&first, 1), {.error = 0.01});
   ASSERT_TRUE(plan.has_value());
   EXPECT_NEAR(plan->patches, 2000, 1e-6);
+}
+
+TEST(AccuracyPlan, ScalesNoRoundWhoseFormFactorsHaveAnUnknownError) {
+  std::array rounds{round("analytic", 1e-4, 0.05, 1), round("hemisphere", 0.01, 0.05, 0.1)};
+  rounds[1].error.form_factors.reset();
+  rounds[1].error.total.reset();
+  EXPECT_EQ(plan_accuracy(rounds, {.error = 0.03})->method->name, "analytic");
+  EXPECT_FALSE(plan_accuracy(std::span(&rounds[1], 1), {.error = 0.03}));
 }
 
 }  // namespace

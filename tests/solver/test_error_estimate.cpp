@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "radiosity/solver/error_estimate.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,7 +21,7 @@ struct Estimated {
 };
 
 Estimated run(const Scene& scene, const PatchOptions& patch_options, std::string_view method,
-              FormFactorOptions options) {
+              FormFactorOptions options, std::size_t memory_limit_bytes = 0) {
   Patches patches = make_patches(scene, patch_options);
   const Visibility visibility(patches.mesh);
   const FormFactorMethodInfo& info = find_form_factor_method(method);
@@ -29,8 +30,11 @@ Estimated run(const Scene& scene, const PatchOptions& patch_options, std::string
   const auto solver = find_solver("conjugate-gradient").make();
   const RadiositySystem system(f, patches.mesh);
   const Solution solution = solve(*solver, system, patches.mesh);
-  const auto estimate = estimate_error({scene, patches, visibility, info, options, AssemblyOptions{}, *solver,
-                                        SolverOptions{}, solution, assembly.lamps, assembly.unrestored()});
+  AssemblyOptions limited;
+  limited.memory_limit_bytes = memory_limit_bytes;
+  const auto estimate =
+      estimate_error({scene, patches, visibility, info, options, limited, *solver, SolverOptions{}, solution,
+                      assembly.lamps, assembly.unrestored(), assembly.unreliable});
   return {estimate.value(), std::move(patches), solution.radiosity};
 }
 
@@ -51,8 +55,8 @@ TEST(ErrorEstimate, BracketsTheTrueErrorOfCubes) {
         const Estimated coarse =
             run(scene, PatchSize{size}, samples == 0 ? "analytic" : "hemisphere", {.samples = samples});
         const double truth = true_error(coarse, reference.patches.mesh, reference.radiosity);
-        EXPECT_LT(truth, 2 * coarse.estimate.total) << size << ", " << samples;
-        EXPECT_GT(truth, coarse.estimate.total / 10) << size << ", " << samples;
+        EXPECT_LT(truth, 2 * coarse.estimate.total.value()) << size << ", " << samples;
+        EXPECT_GT(truth, coarse.estimate.total.value() / 10) << size << ", " << samples;
       }
   }
 }
@@ -66,8 +70,8 @@ TEST(ErrorEstimate, BracketsTheTrueErrorOfHemicubesOverOneAndOverSeveralPoints) 
       const Estimated cubes =
           run(scene, PatchSize{0.25}, "hemicube", {.samples = samples, .resolution = resolution});
       const double truth = true_error(cubes, exact.patches.mesh, exact.radiosity);
-      EXPECT_LT(truth, 3 * cubes.estimate.form_factors) << samples << " × " << resolution;
-      EXPECT_GT(truth, cubes.estimate.form_factors / 10) << samples << " × " << resolution;
+      EXPECT_LT(truth, 3 * cubes.estimate.form_factors.value()) << samples << " × " << resolution;
+      EXPECT_GT(truth, cubes.estimate.form_factors.value() / 10) << samples << " × " << resolution;
     }
   }
 }
@@ -98,7 +102,7 @@ TEST(ErrorEstimate, IsRelativeHoweverMuchOrLittleIsEmitted) {
   // of 2^-1000 are beyond what a double holds.
   const Scene scene = lit_cube(0.2, 0.7, 0.5);
   const Estimated one = run(scene, PatchSize{0.25}, "hemisphere", {.samples = 64});
-  ASSERT_GT(one.estimate.largest, 0);
+  ASSERT_GT(one.estimate.largest.value(), 0);
   for (const double emission : {0x1p1000, 0x1p-1000}) {
     std::vector<Material> materials = scene.materials();
     for (Material& material : materials) material.emission *= emission;
@@ -112,10 +116,39 @@ TEST(ErrorEstimate, IsRelativeHoweverMuchOrLittleIsEmitted) {
   }
 }
 
-TEST(ErrorEstimate, SaysSoWhereThereIsNoCoarserMesh) {
-  const Estimated kept = run(lit_cube(0.5, 0.5, 0.5), KeepFaces{}, "analytic", {});
-  EXPECT_FALSE(kept.estimate.patches.has_value());
-  EXPECT_EQ(kept.estimate.notes.size(), 1u);
+TEST(ErrorEstimate, KnowsNoTotalWhereThereIsNoCoarserMesh) {
+  const ErrorEstimate kept = run(lit_cube(0.5, 0.5, 0.5), KeepFaces{}, "analytic", {}).estimate;
+  EXPECT_EQ(kept.form_factors, 0);
+  EXPECT_EQ(kept.patches, std::nullopt);
+  EXPECT_EQ(kept.total, std::nullopt);
+  EXPECT_EQ(kept.largest, std::nullopt);
+  EXPECT_EQ(kept.known, kept.solver);  // √(0² + solver²)
+  EXPECT_EQ(kept.notes.size(), 1u);
+}
+
+// One viewpoint of 8 cells has at most 192 entries a row, four have 768: on 600 patches 32 · 600 · 192 = 3.7 MB, but 24 · 600² = 8.6 MB.
+TEST(ErrorEstimate, SaysWhichPartItHasNoMemoryFor) {
+  const ErrorEstimate cramped =
+      run(scene_of(cube_room(10)), KeepFaces{}, "hemicube", {.samples = 1, .resolution = 8}, 5'000'000)
+          .estimate;
+  EXPECT_EQ(cramped.form_factors, std::nullopt);
+  EXPECT_EQ(cramped.total, std::nullopt);
+  EXPECT_THAT(cramped.notes, ::testing::Contains(::testing::AllOf(
+                                 ::testing::StartsWith("error of the form factors: not estimated"),
+                                 ::testing::HasSubstr("memory limit"))));
+}
+
+// A sheet of 36 patches at 1.7e-6 of the diagonal over a floor, of which it touches 8 × 8 patches: more than the 32 that are
+// computed pair by pair.
+TEST(ErrorEstimate, KnowsNoErrorOfFormFactorsThatAreKnownToBeWrong) {
+  MeshBuilder room;
+  room.box(Vec3::Zero(), Vec3::Ones(), 10, Facing::inward);
+  room.grid(Vec3(0.2, 0.2, 1.7e-6 * std::sqrt(3.0)), Vec3(0, 0.6, 0), Vec3(0.6, 0, 0), 6, 6);
+  const ErrorEstimate wrong =
+      run(scene_of(room.build()), KeepFaces{}, "hemisphere", {.samples = 64}).estimate;
+  EXPECT_EQ(wrong.form_factors, std::nullopt);
+  EXPECT_EQ(wrong.total, std::nullopt);
+  EXPECT_THAT(wrong.notes, ::testing::Contains(::testing::HasSubstr("100 patches that nearly touch others")));
 }
 
 TEST(ErrorEstimate, StopsWhenAskedTo) {

@@ -86,7 +86,7 @@ std::vector<Honesty> honesty(int rooms, const std::function<void(const Honesty&)
         const Solved solved = solve_scene(scene, PatchSize{size}, setting, true);
         const BandArray exact = restrict_to(solved.patches.mesh, reference.patches.mesh, reference.radiosity);
         add(fmt::format("{}, {} patches", name, solved.patches.mesh.patch_count()), setting,
-            relative(solved.patches.mesh, solved.radiosity, exact), solved.estimate->total);
+            relative(solved.patches.mesh, solved.radiosity, exact), solved.estimate->known);
       }
   };
   against_finer("cube, ρ = ½", lit_cube(0.5, 0.5, 0.5), {0.25, 0.125}, 1.0 / 32);
@@ -100,7 +100,7 @@ std::vector<Honesty> honesty(int rooms, const std::function<void(const Honesty&)
     for (Index i = 0; i < mesh.patch_count(); ++i)
       if (visibility.covered(i)) exact(i, 0) = 1;
     add(fmt::format("furnace with a box, {} patches", mesh.patch_count()), setting,
-        relative(mesh, solved.radiosity, exact), solved.estimate->total);
+        relative(mesh, solved.radiosity, exact), solved.estimate->known);
   }
 
   MeshBuilder ball;
@@ -115,7 +115,7 @@ std::vector<Honesty> honesty(int rooms, const std::function<void(const Honesty&)
     for (const Setting& setting : settings) {
       const Solved solved = solve_scene(scene, KeepFaces{}, setting, true);
       add(fmt::format("{}, {} faces", name, mesh.patch_count()), setting,
-          relative(solved.patches.mesh, solved.radiosity, exact.radiosity), solved.estimate->total);
+          relative(solved.patches.mesh, solved.radiosity, exact.radiosity), solved.estimate->known);
     }
   }
   for (int room = 1; room <= rooms; ++room)

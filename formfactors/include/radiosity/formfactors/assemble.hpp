@@ -39,6 +39,8 @@ struct AssemblyReport {
   Index lamps = 0;          ///< patches that emit whose factors were computed pair by pair instead of sampled
   Index pairwise = 0;       ///< all such patches, whatever the reason
   Index blind_patches = 0;  ///< see no patch at all
+  /// Nearly touch others and are too many to be computed pair by pair: their factors are wrong, and nothing tells by how much.
+  Index unreliable = 0;
   std::uint64_t rays = 0;
   PairCounts pairs;  ///< of the method itself, patches singled out of sampled methods not included
   std::vector<std::string> warnings;

@@ -79,7 +79,8 @@ struct Report {
     struct Round {
       std::string method;
       Index samples = 0, patches = 0;
-      double patch_size_m = 0, error = 0, seconds = 0;
+      double patch_size_m = 0, seconds = 0;
+      std::optional<double> error;  ///< absent where a part of it is not known
     };
     std::vector<Round> rounds;
   };

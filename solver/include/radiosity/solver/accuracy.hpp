@@ -17,7 +17,7 @@ struct AccuracyRound {
   FormFactorOptions options;  ///< in force
   bool exact = false;         ///< factors without error: samples do not matter
   bool reciprocal = false;    ///< pairs, not directions
-  double patch_size = 0;      ///< m
+  double patch_size = 0;      ///< m; 0 where no face had to be divided for its size
   Index patches = 0;
   double seconds = 0;  ///< form factors, solve and error estimate
   ErrorEstimate error;
@@ -33,7 +33,7 @@ struct AccuracyGoal {
 struct AccuracyPlan {
   const FormFactorMethodInfo* method = nullptr;
   FormFactorOptions options;
-  double patch_size = 0;          ///< m
+  double patch_size = 0;          ///< m; 0 where only the number of patches is known
   double tolerance = 0;           ///< of the solver
   double patches = 0;             ///< expected
   double error = 0;               ///< expected; above the goal where time or memory do not reach further
@@ -47,7 +47,8 @@ struct AccuracyPlan {
 ///   e_p² : e_f² = a/p : b/q.
 /// C comes from the rounds, so from this machine; a, b from measurement: (2, ½) for pairs, (1.3, 0.8) for rays, (1.8, 0.6) for
 /// hemicubes, whose N are viewpoints. The plan aims a little below the goal, because an estimate wavers; it grows the mesh at most 32-fold at once. Where time or memory do
-/// not reach, it is the best that they allow; nothing where they allow no more than has been done.
+/// not reach, it is the best that they allow; nothing where they allow no more than has been done, or where no round knows the
+/// error of its form factors.
 std::optional<AccuracyPlan> plan_accuracy(std::span<const AccuracyRound> rounds, const AccuracyGoal& goal);
 
 }  // namespace radiosity

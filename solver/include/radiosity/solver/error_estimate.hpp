@@ -14,14 +14,16 @@ namespace radiosity {
 /// How far B is from the radiosities of the scene, averaged over each patch. Parts and total are relative to the light that was
 /// reflected, √(Σ A_i e_i² / Σ A_i (B_i − E_i)²), in the band where that is largest: what the lamps emit is no result.
 struct ErrorEstimate {
-  double form_factors = 0;        ///< noise and visibility of F, and what could not be restored of its rows
+  std::optional<double>
+      form_factors;               ///< noise and visibility of F, and what could not be restored of its rows
   std::optional<double> patches;  ///< B is constant on each patch; absent where no coarser mesh tells
   double solver = 0;              ///< what the residual leaves
-  double total = 0;               ///< √(sum of squares)
-  double largest =
-      0;  ///< largest error of a patch over what it reflects, of those that reflect 1 % of the mean or more
+  double known = 0;  ///< √(sum of squares) of what is known of the parts: a lower bound where not all is
+  std::optional<double> total;  ///< the same where all of it is known, absent where it is not
+  /// Largest error of a patch over what it reflects, of those that reflect 1 % of the mean or more; absent where the total is.
+  std::optional<double> largest;
   std::optional<double> order;     ///< p, measured: the error of the patches falls as size^p
-  BandArray per_patch;             ///< n × bands, W/m²
+  BandArray per_patch;             ///< n × bands, W/m²; of the parts that are known
   std::vector<std::string> notes;  ///< what could not be estimated, and why
 };
 
@@ -38,6 +40,7 @@ struct SolvedProblem {
   const Solution& solution;
   Index lamps = 0;        ///< AssemblyReport::lamps
   double unrestored = 0;  ///< AssemblyReport::unrestored()
+  Index unreliable = 0;   ///< AssemblyReport::unreliable
 };
 
 /// Estimates the error of a solution by solving three cheaper problems:
@@ -54,6 +57,9 @@ struct SolvedProblem {
 ///
 /// Solver: the residual, a share of the power emitted, is amplified at most as much as that power is: the relative error
 /// of the total radiosity is the residual.
+///
+/// A part is not known, and a note says why, where its cheaper problem cannot be solved, for want of memory or because it breaks a
+/// rule, or where some factors are known to be wrong.
 /// Nothing where the progress function asked to stop.
 std::optional<ErrorEstimate> estimate_error(const SolvedProblem& problem);
 
