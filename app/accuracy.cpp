@@ -159,8 +159,9 @@ class Rounds {
     goal.error = goal_;
     elapsed_ += watch_.lap();
     if (job_.options.time_limit > 0) goal.seconds = job_.options.time_limit - elapsed_;
-    if (job_.options.memory_limit_gb > 0)
-      goal.bytes = static_cast<std::size_t>(kMemoryInUse * 1e9 * job_.options.memory_limit_gb);
+    if (const std::size_t most = job_.options.memory_limit_bytes; most > 0)
+      goal.bytes =
+          std::max<std::size_t>(1, static_cast<std::size_t>(kMemoryInUse * static_cast<double>(most)));
     return goal;
   }
 
@@ -175,7 +176,7 @@ class Rounds {
       job_.console.line("not reached", "{}; this is the best there is",
                         interrupted()                          ? "stopped by Ctrl-C or the time limit"
                         : solved.error && !solved.error->total ? "a part of the error is unknown"
-                        : job_.options.time_limit > 0 || job_.options.memory_limit_gb > 0
+                        : job_.options.time_limit > 0 || job_.options.memory_limit_bytes > 0
                             ? "time or memory do not allow more"
                             : "finer meshes and more samples did not bring the estimate down far enough");
     }

@@ -41,7 +41,8 @@ int run_compare(const Options& options) {
     job.console.line("for", "{}", advice_text(comparison, line, origin));
   Outputs outputs(job);
   job.stage.lap();
-  for (const auto& file : write_comparison(options.output, comparison, origin)) outputs.written(file);
+  for (const auto& file : comparison_files(options.output)) outputs.will_write(file);
+  write_comparison(options.output, comparison, origin);
   outputs.finish();
   return comparison.completed ? kDone : kNotConverged;
 }

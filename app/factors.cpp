@@ -24,13 +24,13 @@ int run_factors(const Options& options) {
   Outputs outputs(job);
   job.stage.lap();
   if (job.report.converged) {
+    outputs.will_write(options.output);
     write_matrix_market(
         options.output, matrix,
         fmt::format("radiosity {}\n{}\nForm factors of the {} patches of {} by method {}.\n"
                     "Row i, column j: the fraction of what leaves patch i that arrives at patch j.",
                     RADIOSITY_VERSION, options.command_line, patches.mesh.patch_count(),
                     options.scene.string(), chosen.info->name));
-    outputs.written(options.output);
   }
   outputs.finish();
   return job.report.converged ? kDone : kNotConverged;

@@ -45,6 +45,14 @@ std::string positive(const std::string& text) {
   return value && *value > 0 ? "" : fmt::format("'{}' is not a number above 0", text);
 }
 
+// From a byte to 10^18 of them, which a size_t holds.
+std::string gigabytes(const std::string& text) {
+  const auto value = parse_finite(text);
+  return value && *value >= 1e-9 && *value <= 1e9
+             ? ""
+             : fmt::format("'{}' is not a number from 1e-9 to 1e9", text);
+}
+
 template <class Whole>
 Check whole(Whole least, Whole most) {
   return [least, most](const std::string& text) -> std::string {
@@ -274,10 +282,12 @@ class Parser {
   }
 
   void add_memory_limit(CLI::App* command) {
-    add_checked(command->add_option("--memory-limit", options_.memory_limit_gb,
-                                    "Most memory that the form factors may take, in GB (10^9\n"
-                                    "bytes). Default: the memory of this machine"),
-                "GB", positive)
+    add_checked(command->add_option_function<double>(
+                    "--memory-limit",
+                    [this](double gb) { options_.memory_limit_bytes = static_cast<std::size_t>(1e9 * gb); },
+                    "Most memory that the form factors may take, in GB (10^9\n"
+                    "bytes). Default: the memory of this machine"),
+                "GB", gigabytes)
         ->group("Form factors");
   }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <span>
@@ -29,12 +30,12 @@ struct Options {
   SceneSettings flags;  ///< what overrides the scene file; `camera` is not used
   int threads = 0;      ///< 0: every core
   bool quiet = false;
-  bool close = true;           ///< restore reciprocity and closure
-  double accuracy = 0;         ///< largest error that is wanted, %; 0: settings are chosen by hand
-  double time_limit = 0;       ///< s; 0: none
-  bool estimate_error = true;  ///< solve cheaper problems too, to tell how far the result is off
-  double budget_s = 120;       ///< of compare
-  double memory_limit_gb = 0;  ///< of F, 1e9 bytes; 0: the memory of this machine
+  bool close = true;                   ///< restore reciprocity and closure
+  double accuracy = 0;                 ///< largest error that is wanted, %; 0: settings are chosen by hand
+  double time_limit = 0;               ///< s; 0: none
+  bool estimate_error = true;          ///< solve cheaper problems too, to tell how far the result is off
+  double budget_s = 120;               ///< of compare
+  std::size_t memory_limit_bytes = 0;  ///< of F; 0: the memory of this machine
 
   struct View {
     std::filesystem::path camera_file;

@@ -47,8 +47,8 @@ int run_probe(const Options& options) {
         sensors.size(), result.samples, mean,
         result.standard_error.matrix().stableNorm() /
             std::sqrt(static_cast<double>(result.standard_error.size())));
+    outputs.will_write(options.output);
     write_irradiance(options.output, sensors, result);
-    outputs.written(options.output);
   } else {
     job.console.line("sensors", "interrupted; nothing is written");
   }

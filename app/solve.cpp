@@ -72,20 +72,22 @@ int run_solve(const Options& options) {
     if (k > 0)
       file.replace_filename(fmt::format("{}-{}.vtp", file.stem().string(), loaded.setups[k - 1].name));
     if (k == 0 && wants_series) {
-      outputs.written(options.series_file);
+      // The steps of a series that was there before stay with it.
       const std::filesystem::path folder = std::filesystem::path(options.series_file).replace_extension();
-      if (!std::filesystem::exists(folder)) outputs.written(folder);
+      const bool made = !std::filesystem::exists(options.series_file) && !std::filesystem::exists(folder);
+      outputs.will_write(options.series_file);
+      if (made) outputs.will_write(folder);
       steps.keep(solution.report.iterations, solution.radiosity);
       steps.write(options.series_file, mesh, exposure);
     }
     const bool error_known = solved.error && solved.error->total;
     BandArray error;
     if (error_known) error = solved.error->per_patch.middleCols(first, bands);
+    outputs.will_write(file);
     write_solution(
         file, mesh, solution,
         {RADIOSITY_VERSION, options.command_line, solved.method, solved.solver, job.report.converged},
         exposure, error_known ? &error : nullptr);
-    outputs.written(file);
   }
   outputs.finish();
   const bool reached = !job.report.accuracy || job.report.accuracy->reached;

@@ -116,9 +116,8 @@ void check_outputs(const Options& options, const std::string& extension) {
 AssemblyOptions assembly_options(const Options& options) {
   AssemblyOptions assembly;
   assembly.close = options.close;
-  assembly.memory_limit_bytes = options.memory_limit_gb > 0
-                                    ? static_cast<std::size_t>(1e9 * options.memory_limit_gb)
-                                    : machine_memory();
+  assembly.memory_limit_bytes =
+      options.memory_limit_bytes > 0 ? options.memory_limit_bytes : machine_memory();
   return assembly;
 }
 
@@ -430,7 +429,13 @@ Solved solve_stage(Job& job, const Scene& scene, const SceneSettings& settings, 
 Outputs::~Outputs() {
   std::error_code ignored;  // the error that brought us here is the one to tell
   if (!keep_)
-    for (const auto& file : files_) std::filesystem::remove_all(file, ignored);
+    for (const auto& file : made_) std::filesystem::remove_all(file, ignored);
+}
+
+void Outputs::will_write(const std::filesystem::path& file) {
+  std::error_code unknown;  // then it is not ours to remove
+  if (!std::filesystem::exists(file, unknown) && !unknown) made_.push_back(file);
+  files_.push_back(file);
 }
 
 void Outputs::finish() {
@@ -439,8 +444,8 @@ void Outputs::finish() {
   report.seconds.total = job_.total.lap();
   report.peak_memory_bytes = peak_memory_bytes();
   if (!job_.options.report_file.empty()) {
+    will_write(job_.options.report_file);
     write_report(job_.options.report_file, report);
-    written(job_.options.report_file);
   }
   keep_ = true;
 

@@ -88,7 +88,7 @@ Solved solve_stage(Job& job, const Scene& scene, const SceneSettings& settings, 
 /// The same with settings that reach --accuracy, found in rounds; the report is that of the best.
 Solved solve_to_accuracy(Job& job, const LoadedScene& loaded, const SceneSettings& settings);
 
-/// Files that this run has written; removed again unless all went well.
+/// Files that this run writes. Those that were not there before are removed again unless all went well.
 class Outputs {
  public:
   explicit Outputs(Job& job) : job_(job) {}
@@ -96,13 +96,14 @@ class Outputs {
   Outputs(const Outputs&) = delete;
   Outputs& operator=(const Outputs&) = delete;
 
-  void written(const std::filesystem::path& file) { files_.push_back(file); }
+  /// To be called before the file (or the folder, with what is in it) is written.
+  void will_write(const std::filesystem::path& file);
   /// Takes the times, writes the report where one is wanted, prints the last lines, and keeps the files.
   void finish();
 
  private:
   Job& job_;
-  std::vector<std::filesystem::path> files_;
+  std::vector<std::filesystem::path> files_, made_;
   bool keep_ = false;
 };
 

@@ -82,9 +82,9 @@ int run_view(const Options& options) {
   job.console.line("image", "{} × {} pixels, exposure {:.4g} /(W/m²)", view.width, view.height, exposure);
   Outputs outputs(job);
   job.stage.lap();
+  outputs.will_write(options.output);
   write_png(options.output,
             render(Visibility(lit.mesh), lit.vertex_radiosity, camera, view.width, view.height, exposure));
-  outputs.written(options.output);
   outputs.finish();
   return lit.converged ? kDone : kNotConverged;
 }

@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <new>
 #include <numeric>
 #include <stdexcept>
 #include <vector>
@@ -18,6 +20,13 @@
 
 namespace radiosity {
 namespace {
+
+// What Embree makes; it gives null where there is no memory.
+template <class Object>
+Object* made(Object* object) {
+  if (object == nullptr) throw std::bad_alloc();
+  return object;
+}
 
 struct Plane {
   float nx, ny, nz, d;  // n·x = d, n a unit vector
@@ -273,28 +282,29 @@ Visibility::Visibility(const PatchMesh& mesh)
     }
   }
 
-  impl_->device = rtcNewDevice(nullptr);
-  if (impl_->device == nullptr) throw std::runtime_error("Embree cannot make a device");
-  impl_->scene = rtcNewScene(impl_->device);
+  impl_->device = made(rtcNewDevice(nullptr));
+  impl_->scene = made(rtcNewScene(impl_->device));
   rtcSetSceneFlags(impl_->scene, static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST));
-  RTCGeometry geometry = rtcNewGeometry(impl_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  const std::unique_ptr<RTCGeometryTy, decltype(&rtcReleaseGeometry)> owned(
+      made(rtcNewGeometry(impl_->device, RTC_GEOMETRY_TYPE_TRIANGLE)), &rtcReleaseGeometry);
+  const RTCGeometry geometry = owned.get();
   const std::size_t count = impl_->triangles.size();
-  auto* v = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
-                                                        RTC_FORMAT_FLOAT3, 3 * sizeof(float), 3 * count));
+  auto* v = static_cast<float*>(made(rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), 3 * count)));
   for (const auto& triangle : impl_->triangles)
     for (const auto& x : triangle.corners) v = std::copy(x.begin(), x.end(), v);
-  auto* t = static_cast<unsigned*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0,
-                                                           RTC_FORMAT_UINT3, 3 * sizeof(unsigned), count));
+  auto* t = static_cast<unsigned*>(made(rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), count)));
   std::iota(t, t + 3 * count, 0U);
   rtcSetGeometryIntersectFilterFunction(geometry, Impl::filter);
   rtcSetGeometryOccludedFilterFunction(geometry, Impl::filter);
   rtcCommitGeometry(geometry);
   rtcAttachGeometryByID(impl_->scene, geometry, 0);
-  rtcReleaseGeometry(geometry);
   // One thread builds the tree: its shape, and with it the winner where two surfaces are hit at the same
   // distance, must not depend on the number of threads. (The device option "threads=1" would hold back the whole process.)
   tbb::task_arena(1).execute([&] { rtcCommitScene(impl_->scene); });
   if (const RTCError error = rtcGetDeviceError(impl_->device); error != RTC_ERROR_NONE) {
+    if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
     throw std::runtime_error("Embree fails with error " + std::to_string(error));
   }
 

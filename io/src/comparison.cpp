@@ -213,8 +213,14 @@ std::string advice_text(const Comparison& comparison, const Advice& advice, cons
                      100 * *error_at_most(comparison, run));
 }
 
-std::vector<fs::path> write_comparison(const fs::path& directory, const Comparison& comparison,
-                                       const ComparisonOrigin& origin) {
+std::vector<fs::path> comparison_files(const fs::path& directory) {
+  std::vector<fs::path> files;
+  for (const char* name : kFiles) files.push_back(directory / name);
+  return files;
+}
+
+void write_comparison(const fs::path& directory, const Comparison& comparison,
+                      const ComparisonOrigin& origin) {
   const std::string page = comparison_page(comparison, origin);  // before anything is written
   std::error_code error;
   fs::create_directory(directory, error);
@@ -224,9 +230,6 @@ std::vector<fs::path> write_comparison(const fs::path& directory, const Comparis
   write_file(directory / kFiles[1],
              to_json(comparison, origin).dump(2, ' ', false, Json::error_handler_t::replace) + '\n');
   write_file(directory / kFiles[2], page);
-  std::vector<fs::path> files;
-  for (const char* name : kFiles) files.push_back(directory / name);
-  return files;
 }
 
 }  // namespace radiosity

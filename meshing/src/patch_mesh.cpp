@@ -30,9 +30,6 @@ struct Topology {
   explicit Topology(const PatchMesh::Arrays& arrays) : split(arrays.vertices.size(), 0) {
     half_edges.reserve(arrays.vertices.size(), arrays.corners.size() * 3 / 4, arrays.patch_material.size());
     for (std::size_t v = 0; v < arrays.vertices.size(); ++v) add_vertex(static_cast<Index>(v));
-    // A face that cannot be linked would be reported on std::cerr.
-    const bool spoke = omerr().is_enabled();
-    omerr().disable();
     std::vector<HalfEdges::VertexHandle> loop;
     for (std::size_t p = 0; p + 1 < arrays.patch_start.size(); ++p) {
       const auto first = at(arrays.patch_start[p]), n = at(arrays.patch_start[p + 1]) - first;
@@ -50,14 +47,28 @@ struct Topology {
         loop[k] = replace(corners[k]);
         loop[next] = replace(corners[next]);
       }
-      if (half_edges.add_face(loop).is_valid()) continue;
-      for (std::size_t k = 0; k < n; ++k) loop[k] = replace(corners[k]);
+      if (!can_be_linked(loop))
+        for (std::size_t k = 0; k < n; ++k) loop[k] = replace(corners[k]);
       half_edges.add_face(loop);
     }
-    if (spoke) omerr().enable();
   }
 
  private:
+  // Where the face closes the gap between two edges of one fan, no other fan may stand in that gap. add_face would find out, too,
+  // but says so on std::cerr.
+  bool can_be_linked(const std::vector<HalfEdges::VertexHandle>& loop) const {
+    const std::size_t n = loop.size();
+    for (std::size_t k = 0; k < n; ++k) {
+      const auto in = half_edges.find_halfedge(loop[k], loop[(k + 1) % n]);
+      const auto out = half_edges.find_halfedge(loop[(k + 1) % n], loop[(k + 2) % n]);
+      if (!in.is_valid() || !out.is_valid() || half_edges.next_halfedge_handle(in) == out) continue;
+      HalfEdges::HalfedgeHandle gap = half_edges.opposite_halfedge_handle(out);
+      do gap = half_edges.opposite_halfedge_handle(half_edges.next_halfedge_handle(gap));
+      while (!half_edges.is_boundary(gap));
+      if (gap == in) return false;
+    }
+    return true;
+  }
   HalfEdges::VertexHandle add_vertex(Index stands_for) {
     origin.push_back(stands_for);
     return half_edges.add_vertex();

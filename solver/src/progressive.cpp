@@ -105,7 +105,11 @@ class Progressive final : public Solver {
   }
   // F_ji is read as F_ij A_i/A_j, which holds to single precision.
   double rounding() const override { return std::numeric_limits<float>::epsilon(); }
-  Index default_max_iterations(Index patches) const override { return std::max<Index>(1000, 100 * patches); }
+  Index default_max_iterations(Index patches) const override {
+    constexpr Index kShotsPerPatch = 100;
+    return std::max<Index>(
+        1000, kShotsPerPatch * std::min(patches, std::numeric_limits<Index>::max() / kShotsPerPatch));
+  }
 
   static constexpr std::size_t kBlock = 8;
   bool overshoot_;

@@ -134,7 +134,7 @@ TEST_F(CommandLine, NamesOptionValueAndRuleOfABadNumber) {
   refused("--tolerance", "inf");
   refused("--max-iterations", "0");
   refused("--threads", "-1");
-  refused("--memory-limit", "0");
+  for (const char* limit : {"0", "1e-10", "1e300", "nan"}) refused("--memory-limit", limit);
   expect_usage_error({"view", "a.vtp", "-o", "b.png", "--fov-deg", "180"}, "--fov-deg: '180' is n");
   expect_usage_error({"view", "a.vtp", "-o", "b.png", "--width", "0"}, "--width: '0' is n");
   expect_usage_error({"view", "a.vtp", "-o", "b.png", "--exposure", "-2"}, "--exposure: '-2' is n");

@@ -281,6 +281,33 @@ TEST_F(Solve, WritesEveryStepOfAGatheringSolver) {
   EXPECT_EQ(vtps, steps);
 }
 
+// The name of the second step is taken by a folder, so that the series cannot be written.
+TEST_F(Solve, LeavesAnEarlierSeriesWhereAnotherCannotBeWritten) {
+  write_cube();
+  write("steps.pvd", "earlier");
+  std::filesystem::create_directories(folder() / "steps" / "steps_0001.vtp");
+  expect_one_error(
+      run({"solve", "cube.toml", "-o", "out.vtp", "--patch-size", "0.5", "--series", "steps.pvd", "--quiet"}),
+      1, "steps_0001.vtp: is a directory");
+  EXPECT_EQ(read("steps.pvd"), "earlier");
+  EXPECT_FALSE(files().contains("out.vtp"));
+}
+
+// The file of the set-up is the last: its name is taken by a folder.
+TEST_F(Solve, RemovesOnlyFilesThatWereNotThereBeforeWhereTheLastCannotBeWritten) {
+  write_cube();
+  write("cube.toml", read("cube.toml") + "[setup.dim]\nceiling = 0.25\n");
+  std::filesystem::create_directory(folder() / "out-dim.vtp");
+  const std::vector<std::string> solve{"solve", "cube.toml", "-o",        "out.vtp", "--patch-size",
+                                       "0.5",   "--series",  "steps.pvd", "--quiet"};
+  expect_one_error(run(solve), 1, "out-dim.vtp: is a directory");
+  EXPECT_THAT(files(), ::testing::ElementsAre("cube.obj", "cube.toml", "out-dim.vtp"));
+  write("out.vtp", "earlier");
+  write("steps.pvd", "earlier");
+  expect_one_error(run(solve), 1, "out-dim.vtp: is a directory");
+  EXPECT_THAT(files(), IsSupersetOf({"out.vtp", "steps.pvd", "steps/steps_0000.vtp"}));
+}
+
 TEST_F(Solve, WritesShotsAtPowersOfTwoAndTheLast) {
   write_cube();
   ASSERT_EQ(run({"solve", "cube.toml", "-o", "out.vtp", "--patch-size", "0.5", "--solver", "progressive",

@@ -2,8 +2,13 @@
 #include "radiosity/formfactors/visibility.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <cmath>
+#include <fstream>
+#include <new>
 #include <numbers>
 
 #include "support/scenes.hpp"
@@ -12,6 +17,13 @@ namespace radiosity::test {
 namespace {
 
 using std::numbers::pi;
+
+/// Bytes that this process has mapped.
+rlim_t own_address_space() {
+  rlim_t pages = 0;
+  std::ifstream("/proc/self/statm") >> pages;
+  return pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE));
+}
 
 /// A point inside the patch's first triangle, away from its border.
 Vec3 point_on(const PatchMesh& mesh, Index patch, std::mt19937_64& random) {
@@ -180,6 +192,39 @@ TEST(Visibility, SeesThroughADoorAndNotThroughTheWallBesideIt) {
   EXPECT_TRUE(visibility.visible(mesh.centroid(left), left, mesh.centroid(right), right));
   const Index high = patch_at({0, 0.5, 0.9}), far = patch_at({2, 0.5, 0.9});
   EXPECT_FALSE(visibility.visible(mesh.centroid(high), high, mesh.centroid(far), far));
+}
+
+// Address spaces of more and more memory, until it is enough; Embree's buffers take 1.6 and 0.5 MB.
+TEST(Visibility, SaysThatItIsOutOfMemoryWhereverThatHappens) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "the sanitizers' own memory is not to be limited";
+#endif
+  const PatchMesh mesh = cube_room(60);  // 43,200 triangles
+  constexpr int kDone = 0, kOutOfMemory = 1, kOther = 2;
+  int out_of_memory = 0, status = kOutOfMemory;
+  for (rlim_t more = 1'000'000; status == kOutOfMemory; more += 1'000'000) {
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      const rlimit limit{own_address_space() + more, RLIM_INFINITY};
+      setrlimit(RLIMIT_AS, &limit);
+      try {
+        const Visibility visibility(mesh);
+        _exit(kDone);
+      } catch (const std::bad_alloc&) {
+        _exit(kOutOfMemory);
+      } catch (...) {
+        _exit(kOther);
+      }
+    }
+    int ended = 0;
+    waitpid(child, &ended, 0);
+    ASSERT_TRUE(WIFEXITED(ended)) << more << " bytes, signal " << WTERMSIG(ended);
+    status = WEXITSTATUS(ended);
+    out_of_memory += status == kOutOfMemory ? 1 : 0;
+  }
+  EXPECT_EQ(status, kDone);
+  EXPECT_GT(out_of_memory, 5);
 }
 
 }  // namespace

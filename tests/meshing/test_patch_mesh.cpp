@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 
 #include <set>
+#include <thread>
 
 #include "radiosity/meshing/error.hpp"
 #include "shapes.hpp"
@@ -82,6 +83,26 @@ TEST(PatchMesh, TwoClosedFansAtOneVertexAreABorder) {
   EXPECT_EQ(mesh.vertex_patches(0).size(), 6U);
   EXPECT_EQ(mesh.vertex_neighbours(0).size(), 6U);
   for (Index v = 1; v < 7; ++v) EXPECT_FALSE(mesh.on_border(v));
+}
+
+// Around vertex 0 the last patch closes a fan in whose gap another stands.
+TEST(PatchMesh, AFanWithinTheGapOfAnotherIsABorderOfWhichNothingIsPrinted) {
+  PatchMesh::Arrays arrays;
+  arrays.materials = {grey()};
+  arrays.vertices = {Vec3(0, 0, 1),   Vec3(1, 0, 0), Vec3(0, 1, 0),
+                     Vec3(-1, -1, 0), Vec3(2, 0, 0), Vec3(2, 1, 0)};
+  add(arrays, {0, 1, 2});
+  add(arrays, {0, 2, 3});
+  add(arrays, {0, 4, 5});
+  add(arrays, {0, 3, 1});
+  testing::internal::CaptureStderr();
+  const auto build = [&] {
+    for (int k = 0; k < 20000; ++k) EXPECT_TRUE(PatchMesh(arrays).on_border(0));
+  };
+  std::thread other(build);
+  build();
+  other.join();
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
 
 TEST(PatchMesh, AKeyholePatchListsItsBridgeOnce) {

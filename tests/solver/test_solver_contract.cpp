@@ -337,6 +337,13 @@ TEST_P(AnySolver, ReportsTheIterationLimitAndKeepsWhatWasReached) {
   EXPECT_LT(problem->distance(result.radiosity, exact), problem->distance(problem->system.emission(), exact));
 }
 
+TEST_P(AnySolver, LimitsIterationsByDefaultHoweverManyPatchesThereAre) {
+  const auto solver = GetParam()->make();
+  const Index few = solver->default_max_iterations(1000);
+  EXPECT_GT(few, 0);
+  EXPECT_GE(solver->default_max_iterations(std::numeric_limits<Index>::max()), few);
+}
+
 TEST_P(AnySolver, StopsWhenTheCallerHasSeenEnough) {
   const auto problem = random_problem(60, 4);
   std::vector<Index> seen;

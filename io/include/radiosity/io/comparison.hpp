@@ -37,10 +37,12 @@ std::vector<Advice> advice(const Comparison& comparison);
 /// "1 %: radiosity solve … (2.1 s, 0.8 %)"
 std::string advice_text(const Comparison& comparison, const Advice& advice, const ComparisonOrigin& origin);
 
-/// Writes trade.csv, trade.json and index.html (see docs/formats.md) into the directory, which is made where it does not exist,
-/// and gives their names. The page needs no other file and no network. Throws IoError.
-std::vector<std::filesystem::path> write_comparison(const std::filesystem::path& directory,
-                                                    const Comparison& comparison,
-                                                    const ComparisonOrigin& origin);
+/// trade.csv, trade.json and index.html (see docs/formats.md) in the directory.
+std::vector<std::filesystem::path> comparison_files(const std::filesystem::path& directory);
+
+/// Writes them into the directory, which is made where it does not exist. The page needs no other file and no network. Throws
+/// IoError.
+void write_comparison(const std::filesystem::path& directory, const Comparison& comparison,
+                      const ComparisonOrigin& origin);
 
 }  // namespace radiosity

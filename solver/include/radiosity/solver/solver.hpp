@@ -66,6 +66,9 @@ class Solver {
   /// Takes a relaxation other than 1.
   virtual bool relaxes() const { return false; }
 
+  /// The limit of iterations where SolverOptions::max_iterations is 0.
+  virtual Index default_max_iterations(Index patches) const = 0;
+
  protected:
   /// What `iterate` reports to the shell after each iteration: an estimate of the residual. False means: stop now.
   using Step = std::function<bool(double residual)>;
@@ -81,7 +84,6 @@ class Solver {
   /// Inputs are checked; in each band something is emitted, between 1 and 2 W/m² at most, and something reflects.
   virtual void iterate(const RadiositySystem& system, const SolverOptions& options, State& state,
                        const Step& step) const = 0;
-  virtual Index default_max_iterations(Index patches) const = 0;
   /// What rounding leaves of a residual, as a share of Σ A B: a solve has converged when it came that close. B itself is
   /// rounded, and near ρ = 1 so much larger than E that this shows.
   virtual double rounding() const { return 4 * std::numeric_limits<double>::epsilon(); }
