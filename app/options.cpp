@@ -363,6 +363,9 @@ class Parser {
     command->add_option("--series", options_.series_file, "Every step of the solver, for ParaView to play")
         ->option_text("FILE.pvd")
         ->group("Files");
+    command->add_option("--paraview", options_.paraview_file, "A script that shows the result in ParaView")
+        ->option_text("FILE.py")
+        ->group("Files");
     add_patches(command);
     add_form_factors(command, true);
     add_storage(command);

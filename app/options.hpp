@@ -26,7 +26,7 @@ class UsageError : public std::runtime_error {
 struct Options {
   std::string command;       ///< solve | factors | inspect | view | probe | compare
   std::string command_line;  ///< as it could be typed again
-  std::filesystem::path scene, output, report_file, series_file, points_file;
+  std::filesystem::path scene, output, report_file, series_file, paraview_file, points_file;
   SceneSettings flags;  ///< what overrides the scene file; `camera` is not used
   int threads = 0;      ///< 0: every core
   bool quiet = false;

@@ -7,6 +7,7 @@
 
 #include "commands.hpp"
 #include "radiosity/io/image.hpp"
+#include "radiosity/io/paraview_script.hpp"
 #include "radiosity/io/solution_file.hpp"
 #include "stages.hpp"
 
@@ -88,6 +89,10 @@ int run_solve(const Options& options) {
         file, mesh, solution,
         {RADIOSITY_VERSION, options.command_line, solved.method, solved.solver, job.report.converged},
         exposure, error_known ? &error : nullptr);
+    if (k == 0 && !options.paraview_file.empty()) {
+      outputs.will_write(options.paraview_file);
+      write_paraview_script(options.paraview_file, file, settings.camera.value_or(automatic_camera(mesh)));
+    }
   }
   outputs.finish();
   const bool reached = !job.report.accuracy || job.report.accuracy->reached;

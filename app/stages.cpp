@@ -111,6 +111,7 @@ void check_outputs(const Options& options, const std::string& extension) {
         fmt::format("{}: is the scene itself; -o must name another file", options.output.string()));
   if (!options.report_file.empty()) require_writable(options.report_file, ".json");
   if (!options.series_file.empty()) require_writable(options.series_file, ".pvd");
+  if (!options.paraview_file.empty()) require_writable(options.paraview_file, ".py");
 }
 
 AssemblyOptions assembly_options(const Options& options) {

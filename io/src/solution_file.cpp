@@ -8,6 +8,8 @@
 #include <vtkErrorCode.h>
 #include <vtkFieldData.h>
 #include <vtkIdList.h>
+#include <vtkInformation.h>
+#include <vtkInformationStringKey.h>
 #include <vtkIntArray.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
@@ -34,12 +36,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void add_doubles(vtkFieldData* data, const char* name, const BandArray& values) {
+constexpr const char* kRadiosityUnits = "W/m2";
+
+// Three bands are red, green and blue; others have no names.
+void name_bands(vtkDataArray& array) {
+  if (array.GetNumberOfComponents() != 3) return;
+  for (int k = 0; const char* band : {"red", "green", "blue"}) array.SetComponentName(k++, band);
+}
+
+void add_doubles(vtkFieldData* data, const char* name, const BandArray& values, const char* units = nullptr) {
   vtkNew<vtkDoubleArray> array;
   array->SetName(name);
   array->SetNumberOfComponents(static_cast<int>(values.cols()));
   array->SetNumberOfTuples(values.rows());
   std::copy_n(values.data(), values.size(), array->GetPointer(0));
+  name_bands(*array);
+  if (units != nullptr) array->GetInformation()->Set(vtkDataArray::UNITS_LABEL(), units);
   data->AddArray(array);
 }
 
@@ -65,6 +77,7 @@ void add_display_rgb(vtkPolyData& data, const BandArray& vertex_radiosity, doubl
   array->SetName("display_rgb");
   array->SetNumberOfComponents(3);
   array->SetNumberOfTuples(static_cast<vtkIdType>(colours.size()));
+  name_bands(*array);
   for (std::size_t v = 0; v < colours.size(); ++v)
     array->SetTypedTuple(static_cast<vtkIdType>(v), colours[v].data());
   data.GetPointData()->AddArray(array);
@@ -206,16 +219,16 @@ void write_solution(const fs::path& file, const PatchMesh& mesh, const Solution&
   require_shape(solution.vertex_radiosity, mesh.vertex_count(), mesh.bands(), "vertex radiosity");
   const auto data = geometry(mesh);
   auto* const cells = data->GetCellData();
-  add_doubles(cells, "radiosity", solution.radiosity);
-  add_doubles(cells, "irradiance", solution.irradiance);
-  add_doubles(cells, "emission", mesh.emission());
-  add_doubles(cells, "reflectance", mesh.reflectance());
-  add_doubles(cells, "area", mesh.areas());
+  add_doubles(cells, "radiosity", solution.radiosity, kRadiosityUnits);
+  add_doubles(cells, "irradiance", solution.irradiance, kRadiosityUnits);
+  add_doubles(cells, "emission", mesh.emission(), kRadiosityUnits);
+  add_doubles(cells, "reflectance", mesh.reflectance(), "1");
+  add_doubles(cells, "area", mesh.areas(), "m2");
   if (radiosity_error != nullptr) {
     require_shape(*radiosity_error, mesh.patch_count(), mesh.bands(), "radiosity error");
-    add_doubles(cells, "radiosity_error", *radiosity_error);
+    add_doubles(cells, "radiosity_error", *radiosity_error, kRadiosityUnits);
   }
-  add_doubles(data->GetPointData(), "radiosity", solution.vertex_radiosity);
+  add_doubles(data->GetPointData(), "radiosity", solution.vertex_radiosity, kRadiosityUnits);
   add_display_rgb(*data, solution.vertex_radiosity, exposure);
   auto* const fields = data->GetFieldData();
   add_strings(fields, "version", {provenance.version});
@@ -224,7 +237,7 @@ void write_solution(const fs::path& file, const PatchMesh& mesh, const Solution&
   add_strings(fields, "solver", {provenance.solver});
   add_integers(fields, "converged", 1, [&](Index) { return provenance.converged ? 1 : 0; });
   add_doubles(fields, "residual", scalar(solution.report.residual));
-  add_doubles(fields, "exposure", scalar(exposure));
+  add_doubles(fields, "exposure", scalar(exposure), "m2/W");
   write(file, *data);
 }
 
@@ -263,10 +276,10 @@ void SolutionSeries::add(double time, const BandArray& patch_radiosity, double e
 
   const auto data = geometry(mesh_);
   const BandArray at_vertices = vertex_values(mesh_, patch_radiosity);
-  add_doubles(data->GetCellData(), "radiosity", patch_radiosity);
-  add_doubles(data->GetPointData(), "radiosity", at_vertices);
+  add_doubles(data->GetCellData(), "radiosity", patch_radiosity, kRadiosityUnits);
+  add_doubles(data->GetPointData(), "radiosity", at_vertices, kRadiosityUnits);
   add_display_rgb(*data, at_vertices, exposure_);
-  add_doubles(data->GetFieldData(), "exposure", scalar(exposure_));
+  add_doubles(data->GetFieldData(), "exposure", scalar(exposure_), "m2/W");
   write(folder / name, *data);
   steps_.emplace_back(time, (file_.stem() / name).generic_string());
 }

@@ -44,7 +44,7 @@ TEST_F(CommandLine, HelpOfEachCommandListsEveryOption) {
                                             "--seed",       "--output", "--report",     "--threads",
                                             "--quiet",      "--help",   "--no-closure", "--memory-limit"};
   std::vector<std::string> solve = factors;
-  solve.insert(solve.end(), {"--solver", "--tolerance", "--max-iterations", "--series"});
+  solve.insert(solve.end(), {"--solver", "--tolerance", "--max-iterations", "--series", "--paraview"});
   const std::vector<std::pair<std::string, std::vector<std::string>>> commands = {
       {"solve", solve},
       {"factors", factors},

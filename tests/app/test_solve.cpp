@@ -281,6 +281,22 @@ TEST_F(Solve, WritesEveryStepOfAGatheringSolver) {
   EXPECT_EQ(vtps, steps);
 }
 
+TEST_F(Solve, WritesAScriptThatShowsTheResultInParaView) {
+  write_cube();
+  // Every character of a name that means something to Python, and a byte that is not UTF-8.
+  const std::string name = "a \"b\\ \xff.vtp";
+  ASSERT_EQ(run({"solve", "cube.toml", "-o", name, "--patch-size", "0.5", "--paraview", "show.py"}).status,
+            0);
+  write("parse.py", R"(import ast, os
+script = ast.parse(open('show.py').read())
+solution = next(s.value for s in script.body
+                if isinstance(s, ast.Assign) and getattr(s.targets[0], 'id', '') == 'solution')
+assert os.path.isfile(eval(compile(ast.Expression(solution), 'show.py', 'eval')))
+)");
+  if (std::system("python3 --version > /dev/null 2>&1") != 0) GTEST_SKIP() << "python3 is absent";
+  EXPECT_EQ(std::system(("cd " + folder().string() + " && python3 parse.py").c_str()), 0);
+}
+
 // The name of the second step is taken by a folder, so that the series cannot be written.
 TEST_F(Solve, LeavesAnEarlierSeriesWhereAnotherCannotBeWritten) {
   write_cube();

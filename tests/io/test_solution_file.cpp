@@ -2,6 +2,8 @@
 #include <vtkCellData.h>
 #include <vtkDoubleArray.h>
 #include <vtkFieldData.h>
+#include <vtkInformation.h>
+#include <vtkInformationStringKey.h>
 #include <vtkIntArray.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
@@ -139,6 +141,33 @@ TEST(WriteSolution, WritesEveryArrayThatWasPromised) {
   EXPECT_EQ(array<vtkIntArray>(fields, "converged")->GetValue(0), 0);
   EXPECT_EQ(array<vtkDoubleArray>(fields, "residual")->GetValue(0), 2.5e-7);
   EXPECT_EQ(array<vtkDoubleArray>(fields, "exposure")->GetValue(0), 0.25);
+}
+
+TEST(WriteSolution, NamesThreeBandsByTheirColoursAndTellsUnits) {
+  const TemporaryDirectory directory;
+  const BandValues none = Eigen::Array3d::Zero();
+  const PatchMesh mesh =
+      three_patches().with_materials({material("lamp", none, none), material("white wall", none, none)});
+  Solution solution;
+  solution.radiosity = solution.irradiance = BandArray::Ones(mesh.patch_count(), 3);
+  solution.vertex_radiosity = BandArray::Ones(mesh.vertex_count(), 3);
+  write_solution(directory / "out.vtp", mesh, solution, kProvenance, 0.25, &solution.radiosity);
+  const auto data = read_vtp(directory / "out.vtp");
+  const auto expect = [](vtkFieldData* of, const char* name, const char* units) {
+    vtkDataArray* const found = of->GetArray(name);
+    ASSERT_NE(found, nullptr) << name;
+    EXPECT_STREQ(found->GetInformation()->Get(vtkDataArray::UNITS_LABEL()), units) << name;
+    if (found->GetNumberOfComponents() != 3) return;
+    for (int k = 0; const char* band : {"red", "green", "blue"})
+      EXPECT_STREQ(found->GetComponentName(k++), band) << name;
+  };
+  for (const char* name : {"radiosity", "irradiance", "emission", "radiosity_error"})
+    expect(data->GetCellData(), name, "W/m2");
+  expect(data->GetCellData(), "reflectance", "1");
+  expect(data->GetCellData(), "area", "m2");
+  expect(data->GetPointData(), "radiosity", "W/m2");
+  expect(data->GetPointData(), "display_rgb", nullptr);
+  expect(data->GetFieldData(), "exposure", "m2/W");
 }
 
 TEST(ReadSolution, GivesBackEveryBit) {
