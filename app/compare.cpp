@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "radiosity/solver/compare.hpp"
+#include "radiosity/simulation/compare.hpp"
 
 #include "commands.hpp"
 #include "radiosity/io/comparison.hpp"

@@ -15,7 +15,7 @@
 #include "radiosity/io/read_scene.hpp"
 #include "radiosity/io/report.hpp"
 #include "radiosity/meshing/make_patches.hpp"
-#include "radiosity/solver/error_estimate.hpp"
+#include "radiosity/simulation/error_estimate.hpp"
 #include "radiosity/solver/solution.hpp"
 #include "terminal.hpp"
 

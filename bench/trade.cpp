@@ -11,7 +11,7 @@
 
 #include "radiosity/formfactors/assemble.hpp"
 #include "radiosity/formfactors/visibility.hpp"
-#include "radiosity/solver/compare.hpp"
+#include "radiosity/simulation/compare.hpp"
 #include "support/scenes.hpp"
 
 namespace {

@@ -21,9 +21,6 @@ double power_share(const RadiositySystem& system, const BandArray& residual);
 /// which do not cancel where ρ is near 1 and w small beside m.
 BandArray residual(const RadiositySystem& system, const BandArray& radiosity);
 
-/// Mean over the patches round each vertex, vertices × bands; 0 where there are none.
-BandArray vertex_means(const PatchMesh& mesh, const BandArray& patch_values);
-
 /// a/b where b > 0, elsewhere 0; divides by nothing else.
 BandArray divide_or_zero(const BandArray& a, const BandArray& b);
 

@@ -3,7 +3,6 @@
 
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/solver/solution.hpp"
-#include "solvers.hpp"
 
 namespace radiosity {
 

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/program.hpp"
-#include "radiosity/solver/error_estimate.hpp"
+#include "radiosity/simulation/error_estimate.hpp"
 
 namespace radiosity::testing {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "radiosity/solver/error_estimate.hpp"
+#include "radiosity/simulation/error_estimate.hpp"
 #include "support/scenes.hpp"
 
 namespace radiosity::test {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "radiosity/formfactors/visibility.hpp"
-#include "radiosity/solver/probe.hpp"
+#include "radiosity/simulation/probe.hpp"
 
 /// An independent reference for irradiance: no patches, no form factors, no linear system.
 namespace radiosity::test {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "radiosity/io/camera.hpp"
-#include "radiosity/solver/compare.hpp"
+#include "radiosity/simulation/compare.hpp"
 
 namespace radiosity {
 

@@ -10,7 +10,7 @@
 
 #include "radiosity/formfactors/assemble.hpp"
 #include "radiosity/meshing/make_patches.hpp"
-#include "radiosity/solver/error_estimate.hpp"
+#include "radiosity/simulation/error_estimate.hpp"
 #include "radiosity/solver/solution.hpp"
 
 namespace radiosity {

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "radiosity/solver/probe.hpp"
+#include "radiosity/simulation/probe.hpp"
 
 namespace radiosity {
 

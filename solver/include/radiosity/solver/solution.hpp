@@ -20,6 +20,9 @@ struct EnergyBalance {
 EnergyBalance energy_balance(const RadiositySystem& system, const BandArray& radiosity,
                              const BandArray& irradiance);
 
+/// Mean over the patches round each vertex, vertices × bands; 0 where there are none.
+BandArray vertex_means(const PatchMesh& mesh, const BandArray& patch_values);
+
 /// Vertex radiosities for Gouraud interpolation, vertices × bands, W/m², clamped at 0. A vertex inside a
 /// smooth surface takes the mean of its patches. A vertex on a border takes
 ///   2·(mean of its patches) − (mean of the inner vertices joined to it by an edge, or, where none is, of the

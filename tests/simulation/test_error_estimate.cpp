@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "radiosity/solver/error_estimate.hpp"
+#include "radiosity/simulation/error_estimate.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -7,7 +7,7 @@
 #include <span>
 #include <string>
 
-#include "radiosity/solver/error_estimate.hpp"
+#include "radiosity/simulation/error_estimate.hpp"
 
 namespace radiosity {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "radiosity/solver/accuracy.hpp"
+#include "radiosity/simulation/accuracy.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "radiosity/solver/compare.hpp"
+#include "radiosity/simulation/compare.hpp"
 
 #include <fmt/format.h>
 
@@ -13,7 +13,7 @@
 #include "radiosity/formfactors/assemble.hpp"
 #include "radiosity/formfactors/estimate_seconds.hpp"
 #include "radiosity/meshing/error.hpp"
-#include "radiosity/solver/error_estimate.hpp"
+#include "radiosity/simulation/error_estimate.hpp"
 
 namespace radiosity {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "radiosity/solver/error_estimate.hpp"
+#include "radiosity/simulation/error_estimate.hpp"
 
 #include <fmt/format.h>
 
@@ -15,7 +15,6 @@
 #include "light_unit.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/meshing/patch_locator.hpp"
-#include "solvers.hpp"
 
 namespace radiosity {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "radiosity/solver/probe.hpp"
+#include "radiosity/simulation/probe.hpp"
 
 #include <gtest/gtest.h>
 
