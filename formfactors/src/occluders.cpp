@@ -40,6 +40,25 @@ void split(std::span<const Vec3> polygon, const Vec3& n, double d, double slack,
   }
 }
 
+// Whether an edge of one of two polygons in about one plane has all of one on its one side and all of the other on its other side.
+bool beside(std::span<const Vec3> a, std::span<const Vec3> b, const Vec3& normal, double extent) {
+  const double slack = tolerance::kGrazed * extent;
+  const auto divides = [&](const Vec3& from, const Vec3& to) {
+    const Vec3 across = normal.cross(to - from).normalized();
+    const auto side = [&](std::span<const Vec3> polygon, double sign) {
+      return std::all_of(polygon.begin(), polygon.end(),
+                         [&](const Vec3& x) { return sign * across.dot(x - from) <= slack; });
+    };
+    return (side(a, 1) && side(b, -1)) || (side(a, -1) && side(b, 1));
+  };
+  const auto any_edge = [&](std::span<const Vec3> polygon) {
+    for (std::size_t k = 0; k < polygon.size(); ++k)
+      if (divides(polygon[k], polygon[k + 1 == polygon.size() ? 0 : k + 1])) return true;
+    return false;
+  };
+  return any_edge(a) || any_edge(b);
+}
+
 }  // namespace
 
 double point_factor(const Vec3& x, const Vec3& n, std::span<const Vec3> q) {
@@ -154,18 +173,22 @@ Occluders::Edges Occluders::edges_near(const Convex& polygon, std::span<const Ve
 
 void Occluders::mark(Sides& sides, std::size_t i, std::span<const Vec3> corners, const Vec3& normal,
                      double offset, std::size_t facet, std::size_t other_side) const {
+  double extent = 0;
+  for (const Vec3& x : corners) extent = std::max(extent, (x - corners[0]).norm());
   for (std::size_t o = 0; o < polygons_.size(); ++o) {
     const Convex& polygon = polygons_[o];
-    bool front = true;
-    bool back = true;
+    double low = std::numeric_limits<double>::infinity(), high = -low, highest = -low;
     for (const Vec3& x : corners) {
       const double h = polygon.normal.dot(x) - polygon.offset;
-      front = front && h >= -slack_;
-      back = back && h <= slack_;
+      low = std::min(low, h);
+      high = std::max(high, h);
     }
-    const bool facing = polygon.facet != facet && polygon.facet != other_side &&
-                        std::any_of(polygon.corners.begin(), polygon.corners.end(),
-                                    [&](const Vec3& c) { return normal.dot(c) - offset > slack_; });
+    const bool front = low >= -std::max(slack_, tolerance::kGrazed * high);
+    const bool back = high <= std::max(slack_, -tolerance::kGrazed * low);
+    for (const Vec3& c : polygon.corners) highest = std::max(highest, normal.dot(c) - offset);
+    const bool facing =
+        polygon.facet != facet && polygon.facet != other_side && highest > slack_ &&
+        !(highest <= tolerance::kGrazed * extent && beside(polygon.corners, corners, normal, extent));
     const std::size_t word = i * words_ + o / 64;
     sides.front[word] |= static_cast<std::uint64_t>(front) << (o % 64);
     sides.back[word] |= static_cast<std::uint64_t>(back) << (o % 64);

@@ -12,12 +12,13 @@ namespace radiosity {
 
 namespace {
 
-// Planar, and turning left at every corner.
+// Planar, and turning left at every corner, but for what rounding does to the corners of small patches.
 bool is_convex(const std::vector<Vec3>& c, const Vec3& normal) {
   for (std::size_t k = 0; k < c.size(); ++k) {
     const Vec3 e = c[(k + 1) % c.size()] - c[k];
     const Vec3 f = c[(k + 2) % c.size()] - c[k];
-    if (normal.dot(e.cross(f)) < 0 || std::abs(normal.dot(e)) > tolerance::kPlanarity * e.norm())
+    if (normal.dot(e.cross(f)) < -tolerance::kGrazed * e.norm() * f.norm() ||
+        std::abs(normal.dot(e)) > tolerance::kGrazed * e.norm())
       return false;
   }
   return true;

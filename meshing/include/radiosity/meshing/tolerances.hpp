@@ -74,6 +74,10 @@ inline constexpr double kClosedScene = 1e-5;
 /// the coordinates turns edges by that much.
 inline constexpr double kParallel = 1e-8;
 
+/// A polygon that hides no more of a patch than kGrazed · (its extent), at its edge or at grazing angles, hides nothing of it: walls
+/// that meet at an edge, and walls in one plane, but for the rounding of their corners. A hundredth of what else form factors err by.
+inline constexpr double kGrazed = 2e-5;
+
 /// A corner lies on another polygon's plane when its height is below kOnPlane · (distance + sizes): some hundred roundings.
 inline constexpr double kOnPlane = 1e-13;
 
