@@ -97,8 +97,7 @@ bool is_convex_quad(const PatchMesh& mesh, Index patch) {
     const Vec3& a = mesh.vertex(c[k]);
     const Vec3 e = mesh.vertex(c[(k + 1) % 4]) - a;
     const Vec3 f = mesh.vertex(c[(k + 2) % 4]) - a;
-    if (!(e.cross(f).dot(n) > 0) ||
-        std::abs(n.dot(a - mesh.centroid(patch))) > tolerance::kGrazed * f.norm())
+    if (!(e.cross(f).dot(n) > 0) || std::abs(n.dot(a - mesh.centroid(patch))) > tolerance::kGrazed * f.norm())
       return false;
   }
   return true;
