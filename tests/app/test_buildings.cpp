@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "app/program.hpp"
 #include "support/buildings.hpp"
@@ -22,13 +23,15 @@ using Means = std::map<std::string, double>;
 class Buildings : public ProgramTest {
  protected:
   Means means(const Building& building, const std::string& method, const std::string& extension = ".obj",
-              const std::string& size = "1.5") const {
+              const std::vector<std::string>& options = {"--patch-size", "1.5"}) const {
     write_building(building, folder() / ("building" + extension));
     std::string scene = "mesh = \"building" + extension + "\"\nsides = \"auto\"\n";
     if (extension == ".ply" || extension == ".stl") scene += "[materials.default]\nemission = 1\n";
     write("scene.toml", scene);
-    const Outcome outcome = run({"solve", "scene.toml", "-o", "out.vtp", "--patch-size", size, "--method",
-                                 method, "--no-error-estimate"});
+    std::vector<std::string> words{"solve", "scene.toml",         "-o", "out.vtp", "--method",
+                                   method,  "--no-error-estimate"};
+    words.insert(words.end(), options.begin(), options.end());
+    const Outcome outcome = run(words);
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     const SolvedMesh solved = read_solution(folder() / "out.vtp");
     Means result;
@@ -105,17 +108,18 @@ TEST_F(Buildings, WithAllFlawsHaveTheLightOfTheExactOneByExactFactors) {
 
 TEST_F(Buildings, AreTheSameInEveryFormatThatHasMaterials) {
   const Building triangles = building({.along = 1, .triangles = true});
-  const Means obj = means(triangles, "analytic", ".obj", "1");
+  const Means obj = means(triangles, "analytic", ".obj", {"--patch-size", "1"});
   for (const std::string extension : {".gltf", ".dae"})
-    expect_near(means(triangles, "analytic", extension, "1"), obj, 1e-4, extension);
+    expect_near(means(triangles, "analytic", extension, {"--patch-size", "1"}), obj, 1e-4, extension);
 }
 
 TEST_F(Buildings, AreTheSameInEveryFormat) {
   // One material that emits; light leaves by the windows, or B would be the same everywhere.
   const Building triangles = building({.along = 1, .glazed = false, .one_material = true, .triangles = true});
-  const Means obj = means(triangles, "analytic", ".obj", "2");
+  const Means obj = means(triangles, "analytic", ".obj", {"--patch-size", "2", "--samples", "4"});
   for (const std::string extension : {".ply", ".stl", ".gltf", ".dae"})
-    expect_near(means(triangles, "analytic", extension, "2"), obj, 1e-4, extension);
+    expect_near(means(triangles, "analytic", extension, {"--patch-size", "2", "--samples", "4"}), obj, 1e-4,
+                extension);
 }
 
 }  // namespace

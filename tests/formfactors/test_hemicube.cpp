@@ -10,6 +10,7 @@
 #include "support/brute_force.hpp"
 #include "support/closed_forms.hpp"
 #include "support/method_setup.hpp"
+#include "support/sanitized.hpp"
 #include "support/scenes.hpp"
 
 namespace radiosity::test {
@@ -91,7 +92,7 @@ TEST(Hemicube, TakesAnyResolutionAndAnyNumberOfViewpoints) {
 
 TEST(Hemicube, LeavesNoGapsBetweenPatchesOfALargeScene) {
   // 1,944 patches × 4 viewpoints × 10⁴ cells: none of them looks between two patches.
-  const MethodSetup setup(cube_room(18), hemicube(), {.samples = 4, .resolution = 64});
+  const MethodSetup setup(cube_room(kSanitized ? 6 : 18), hemicube(), {.samples = 4, .resolution = 64});
   const RawRows rows = setup.raw();
   EXPECT_EQ(rows.escaped.maxCoeff(), 0);
 }

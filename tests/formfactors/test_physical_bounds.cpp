@@ -8,6 +8,7 @@
 #include "radiosity/formfactors/assemble.hpp"
 #include "radiosity/meshing/make_patches.hpp"
 #include "support/method_setup.hpp"
+#include "support/sanitized.hpp"
 #include "support/scenes.hpp"
 
 namespace radiosity::test {
@@ -61,7 +62,7 @@ TEST_P(Bounds, HoldOnRandomScenes) {
 }
 
 TEST(AnalyticBounds, NoOccluderAddsToAFactor) {
-  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+  for (std::uint64_t seed = 1; seed <= (kSanitized ? 2 : 12); ++seed) {
     const PatchMesh room = random_room(seed);
     const Eigen::MatrixXd occluded = MethodSetup(room, analytic()).raw().f;
     // The same two patches alone in space; parts behind each other's plane are the same.
@@ -123,7 +124,9 @@ TEST(AnalyticBounds, EveryFactorOutlivesMotionAndScale) {
 
 TEST_P(Bounds, AFurnishedRoomIsClosed) {
   // Furniture covers patches of walls and floor, and they it: those see nothing, and nothing escapes elsewhere.
-  const MethodSetup setup(make_patches(two_furnished_rooms(), PatchSize{2}).mesh, *GetParam());
+  // Rows are closed however rough the factors of pairs that see each other in part are.
+  const FormFactorOptions options{.samples = GetParam() == &analytic() ? 4 : 0};
+  const MethodSetup setup(make_patches(two_furnished_rooms(), PatchSize{2}).mesh, *GetParam(), options);
   AssemblyReport report;
   const Eigen::MatrixXd f = stored(setup, &report);
   EXPECT_TRUE(report.closed_scene);
@@ -147,7 +150,8 @@ TEST(Covered, AreNotTheTwoSidesOfAWall) {
 
 TEST(SampledRows, SayHowMuchNoiseTheyHoldAndGiveALampItsFactorsWithinOneAndAHalfPercent) {
   const PatchMesh mesh = make_patches(two_furnished_rooms(), PatchSize{2}).mesh;
-  const Eigen::MatrixXd exact = MethodSetup(mesh, analytic()).raw().f;  // to some 1e-4
+  // To some 1e-3, a tenth of the noise that it is compared with.
+  const Eigen::MatrixXd exact = MethodSetup(mesh, analytic(), {.samples = 4}).raw().f;
   for (const Index samples : {256, 4096}) {
     const MethodSetup setup(mesh, find_form_factor_method("hemisphere"), {.samples = samples});
     AssemblyReport report;
@@ -168,7 +172,7 @@ TEST(SampledRows, SayHowMuchNoiseTheyHoldAndGiveALampItsFactorsWithinOneAndAHalf
 }
 
 TEST(AnalyticPairs, AreCountedOnceEach) {
-  const MethodSetup setup(make_patches(two_furnished_rooms(), PatchSize{2}).mesh, analytic());
+  const MethodSetup setup(make_patches(two_furnished_rooms(), PatchSize{2}).mesh, analytic(), {.samples = 1});
   AssemblyReport report;
   stored(setup, &report);
   const PairCounts& p = report.pairs;
