@@ -413,10 +413,10 @@ Solved solve_stage(Job& job, const Scene& scene, const SceneSettings& settings, 
   if (facts.assembly.completed && job.report.converged && job.options.estimate_error) {
     if (stored) {
       form_factors.reset();  // the estimate needs the memory
-      error =
-          error_stage(job, {merged, patches, visibility, *chosen.info, chosen.options,
-                            assembly_options(job.options), *solver, options, solution, facts.assembly.lamps,
-                            facts.assembly.unrestored(), facts.assembly.unreliable});
+      error = error_stage(
+          job, {merged, patches, visibility, *chosen.info, chosen.options, assembly_options(job.options),
+                *solver, options, solution, facts.assembly.lamps, facts.assembly.unrestored(),
+                facts.assembly.unreliable, facts.assembly.pair_rows});
     } else {
       job.console.line("error", "not estimated: that takes factors that are stored");
     }

@@ -160,23 +160,40 @@ Singled singled_out(std::vector<Index> patches, Index n) {
   return out;
 }
 
-// Replaces rows and columns by factors of single pairs.
-void replace_by_pairs(RowList& rows, const Singled& singled, const PairFactors& pairs,
-                      const Eigen::ArrayXd& areas) {
-  RowList columns(rows.size());  // columns[k]: what all patches send to singled.patches[k]
-  tbb::parallel_for(std::size_t{0}, singled.patches.size(), [&](std::size_t k) {
-    const Index i = singled.patches[k];
-    Row& row = rows[at(i)];
-    row.clear();
-    pairs.for_each_in_row(i, false, [&](Index j, double mutual) {
+}  // namespace
+
+struct PairRows {
+  std::vector<Index> patches, misjudged;  // as in PairwisePatches
+  Index lamps = 0;
+  RowList rows,
+      columns;  // of patch i, empty where it is none of them: what it sends to all, and what all send to it
+};
+
+namespace {
+
+std::shared_ptr<const PairRows> compute_pairs(const PairwisePatches& chosen, const Eigen::ArrayXd& areas) {
+  const auto n = static_cast<std::size_t>(areas.size());
+  auto out = std::make_shared<PairRows>(
+      PairRows{chosen.patches, chosen.misjudged, chosen.lamps, RowList(n), RowList(n)});
+  tbb::parallel_for(std::size_t{0}, chosen.patches.size(), [&](std::size_t k) {
+    const Index i = chosen.patches[k];
+    Row& row = out->rows[at(i)];
+    Row& column = out->columns[at(i)];
+    chosen.factors->for_each_in_row(i, false, [&](Index j, double mutual) {
       row.push_back({j, stored(mutual / areas[i])});
-      columns[at(i)].push_back({j, stored(mutual / areas[j])});
+      column.push_back({j, stored(mutual / areas[j])});
     });
     const auto before = [](const Entry& a, const Entry& b) { return a.column < b.column; };
     std::sort(row.begin(), row.end(), before);
-    std::sort(columns[at(i)].begin(), columns[at(i)].end(), before);
+    std::sort(column.begin(), column.end(), before);
   });
-  const RowList exact = transpose(columns);
+  return out;
+}
+
+// Replaces rows and columns by factors of single pairs.
+void replace_by_pairs(RowList& rows, const Singled& singled, const PairRows& pairs) {
+  for (const Index i : singled.patches) rows[at(i)] = pairs.rows[at(i)];
+  const RowList exact = transpose(pairs.columns);
   for_each_row(static_cast<Index>(rows.size()), [&](Index i) {
     if (singled.has(i)) return;
     Row merged;
@@ -520,20 +537,23 @@ FormFactorMatrix assemble(const FormFactorMethod& method, const Visibility& visi
   const bool method_sees_escape = n > 0 && escaped[0] >= 0;
   Singled singled = singled_out({}, n);
   if (!method.reciprocal() && facts.completed) {
-    const Eigen::ArrayXd sums = row_sums(rows);
-    PairwisePatches chosen = pairwise_patches(method, visibility, {sums.data(), at(n)});
-    if (!chosen.patches.empty()) {
-      singled = singled_out(std::move(chosen.patches), n);
-      replace_by_pairs(rows, singled, *chosen.factors, areas);
-      facts.rays += chosen.factors->rays();
-      facts.lamps = chosen.lamps;
-      facts.pairwise = static_cast<Index>(singled.patches.size());
-      // Where nothing stands between two patches the rows of all of them are exact: cells may miss a narrow gap.
-      for (const Index i : visibility.convex() ? singled.patches : chosen.misjudged)
-        escaped[at(i)] = std::max(0.0, 1 - sum(rows[at(i)]));
+    facts.pair_rows = options.pair_rows;
+    if (!facts.pair_rows) {
+      const Eigen::ArrayXd sums = row_sums(rows);
+      PairwisePatches chosen = pairwise_patches(method, visibility, {sums.data(), at(n)});
+      facts.pair_rows = compute_pairs(chosen, areas);
+      if (chosen.factors) facts.rays += chosen.factors->rays();
+      facts.warnings = std::move(chosen.warnings);
+      facts.unreliable = chosen.unreliable;
     }
-    facts.warnings = std::move(chosen.warnings);
-    facts.unreliable = chosen.unreliable;
+    const PairRows& pairs = *facts.pair_rows;
+    singled = singled_out(pairs.patches, n);
+    if (!singled.patches.empty()) replace_by_pairs(rows, singled, pairs);
+    facts.lamps = pairs.lamps;
+    facts.pairwise = static_cast<Index>(singled.patches.size());
+    // Where nothing stands between two patches the rows of all of them are exact: cells may miss a narrow gap.
+    for (const Index i : visibility.convex() ? singled.patches : pairs.misjudged)
+      escaped[at(i)] = std::max(0.0, 1 - sum(rows[at(i)]));
   }
 
   // What the rows should sum to.

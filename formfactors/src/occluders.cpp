@@ -20,6 +20,28 @@ Eigen::AlignedBox3d box_of(std::span<const Vec3> points) {
   return box;
 }
 
+// Within [0, 2π), of angles less than 2π beside that.
+double turned_into_circle(double angle) {
+  constexpr double kCircle = 2 * std::numbers::pi;
+  return angle < 0 ? angle + kCircle : angle >= kCircle ? angle - kCircle : angle;
+}
+
+// Leaves of a convex polygon what lies below the plane n·x = d.
+void keep_below(std::vector<Vec3>& polygon, const Vec3& n, double d, std::vector<Vec3>& below) {
+  below.clear();
+  if (polygon.empty()) return;
+  const Vec3* a = &polygon.back();
+  double ha = n.dot(*a) - d;
+  for (const Vec3& b : polygon) {
+    const double hb = n.dot(b) - d;
+    if ((ha < 0 && hb > 0) || (ha > 0 && hb < 0)) below.push_back(*a + ha / (ha - hb) * (b - *a));
+    if (hb <= 0) below.push_back(b);
+    a = &b;
+    ha = hb;
+  }
+  polygon.swap(below);
+}
+
 // Splits a convex polygon by the plane n·x = d; points within slack of it belong to both sides.
 void split(std::span<const Vec3> polygon, const Vec3& n, double d, double slack, std::vector<Vec3>& below,
            std::vector<Vec3>& above) {
@@ -67,8 +89,17 @@ double point_factor(const Vec3& x, const Vec3& n, std::span<const Vec3> q) {
   for (const Vec3& corner : q) {
     const Vec3 b = corner - x;
     const Vec3 c = a.cross(b);
-    const double length = c.norm();
-    if (length > 0) sum += n.dot(c) / length * std::atan2(length, a.dot(b));
+    const double along = a.dot(b);
+    const double square = c.squaredNorm();
+    // |c| / a·b is the tangent of the angle. Of a small one the series of its arc is exact to a double: what is left out is below 2^-52 / 9 of it.
+    constexpr double kSmall = 0x1p-13;
+    if (along > 0 && square < kSmall * along * along) {
+      const double t = square / (along * along);
+      sum += n.dot(c) / along * (1 - t * (1.0 / 3 - t * (1.0 / 5 - t / 7)));
+    } else if (square > 0) {
+      const double length = std::sqrt(square);
+      sum += n.dot(c) / length * std::atan2(length, along);
+    }
     a = b;
   }
   return -sum / (2 * std::numbers::pi);
@@ -117,6 +148,10 @@ Occluders::Occluders(const PatchMesh& mesh, const std::vector<Facet>& facets,
   for (const PatchGroup& group : groups) group_boxes_.push_back(box_of(group.corners));
 }
 
+double Occluders::angle_of(const Convex& polygon, const Vec3& direction) {
+  return std::atan2(polygon.v.dot(direction), polygon.u.dot(direction));
+}
+
 void Occluders::sort_by_angle(Convex& polygon) {
   constexpr std::size_t kFewCorners = 16;
   const std::vector<Vec3>& corners = polygon.corners;
@@ -125,15 +160,20 @@ void Occluders::sort_by_angle(Convex& polygon) {
   polygon.middle += corners[0];
   polygon.u = (corners[0] - polygon.middle).normalized();
   polygon.v = polygon.normal.cross(polygon.u);
-  for (const Vec3& c : corners) {
-    const double angle = std::atan2(polygon.v.dot(c - polygon.middle), polygon.u.dot(c - polygon.middle));
-    polygon.angles.push_back(angle < 0 ? angle + 2 * std::numbers::pi : angle);
-  }
+  for (const Vec3& c : corners)
+    polygon.angles.push_back(turned_into_circle(angle_of(polygon, c - polygon.middle)));
   polygon.angles[0] = 0;
   if (!std::is_sorted(polygon.angles.begin(), polygon.angles.end())) {
     polygon.angles.clear();  // as thin as rounding
     return;
   }
+  polygon.first_direction = angle_of(polygon, corners[1] - corners[0]);
+  for (std::size_t k = 0; k < corners.size(); ++k) {
+    const Vec3 edge = corners[k + 1 == corners.size() ? 0 : k + 1] - corners[k];
+    polygon.directions.push_back(turned_into_circle(angle_of(polygon, edge) - polygon.first_direction));
+  }
+  if (!std::is_sorted(polygon.directions.begin(), polygon.directions.end()))
+    polygon.directions.clear();  // straight but for rounding somewhere
   polygon.inner_radius = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < corners.size(); ++k) {
     const Vec3 edge = corners[k + 1 == corners.size() ? 0 : k + 1] - corners[k];
@@ -152,17 +192,17 @@ Occluders::Edges Occluders::edges_near(const Convex& polygon, std::span<const Ve
   double reference = 0, low = 0, high = 0;
   for (std::size_t k = 0; k < points.size(); ++k) {
     const Vec3 d = points[k] - polygon.middle;
-    const double angle = std::atan2(polygon.v.dot(d), polygon.u.dot(d));
+    const double angle = angle_of(polygon, d);
     if (k == 0) reference = angle;
-    const double turn = std::remainder(angle - reference, 2 * kPi);
+    double turn = angle - reference;  // within [−π, π]
+    if (std::abs(turn) > kPi) turn -= std::copysign(2 * kPi, turn);
     low = std::min(low, turn);
     high = std::max(high, turn);
   }
   if (high - low > 0.9 * kPi) return all;
   const auto edge_at = [&](double angle) {
-    angle = std::remainder(angle, 2 * kPi);
-    if (angle < 0) angle += 2 * kPi;
-    const auto after = std::upper_bound(polygon.angles.begin(), polygon.angles.end(), angle);
+    const auto after =
+        std::upper_bound(polygon.angles.begin(), polygon.angles.end(), turned_into_circle(angle));
     return static_cast<std::size_t>(after - polygon.angles.begin()) - 1;
   };
   const std::size_t first = edge_at(reference + low);
@@ -227,10 +267,28 @@ void Occluders::make_shaft(std::span<const Vec3> p, std::span<const Vec3> q, Scr
   support(q, p);
 }
 
+// Along the corners of a convex polygon n·x rises from the first edge that does not turn away from n to the last: at the start
+// of the first it is least.
+double Occluders::lowest(const Convex& polygon, const Vec3& n) {
+  const std::vector<Vec3>& corners = polygon.corners;
+  const auto height = [&](std::size_t k) { return n.dot(corners[k]); };
+  double low = height(0);
+  if (polygon.directions.empty()) {
+    for (std::size_t k = 1; k < corners.size(); ++k) low = std::min(low, height(k));
+    return low;
+  }
+  const double rising = angle_of(polygon, n) - std::numbers::pi / 2 - polygon.first_direction;
+  const auto found = std::lower_bound(polygon.directions.begin(), polygon.directions.end(),
+                                      turned_into_circle(turned_into_circle(rising)));
+  const std::size_t count = corners.size();
+  const auto k = static_cast<std::size_t>(found - polygon.directions.begin()) % count;
+  // Those beside it too, for rounding.
+  return std::min({low, height(k), height((k + 1) % count), height((k + count - 1) % count)});
+}
+
 bool Occluders::in_shaft(const Convex& polygon, const Scratch& scratch) const {
   return std::none_of(scratch.shaft.begin(), scratch.shaft.end(), [&](const Scratch::Plane& plane) {
-    return std::all_of(polygon.corners.begin(), polygon.corners.end(),
-                       [&](const Vec3& c) { return plane.normal.dot(c) - plane.offset >= -slack_; });
+    return lowest(polygon, plane.normal) - plane.offset >= -slack_;
   });
 }
 
@@ -362,19 +420,25 @@ Occluders::Round Occluders::find_round(const Vec3& x, std::span<const Vec3> q, S
   for (const int o : scratch.candidates) {
     const Convex& polygon = polygons_[static_cast<std::size_t>(o)];
     if (polygon.angles.size() <= kManyEdges || !look_through(polygon, x, q, scratch.cuts)) continue;
-    round.hides = round.hides || std::all_of(scratch.cuts.begin(), scratch.cuts.end(), [&](const Vec3& c) {
-                    return (c - polygon.middle).norm() <= polygon.inner_radius;
-                  });
-    if (round.polygon < 0 && edges_near(polygon, scratch.cuts).count > kManyEdges) round.polygon = o;
+    const double inner = polygon.inner_radius * polygon.inner_radius;
+    round.hides = std::all_of(scratch.cuts.begin(), scratch.cuts.end(),
+                              [&](const Vec3& c) { return (c - polygon.middle).squaredNorm() <= inner; });
+    if (round.hides) break;
+    if (round.polygon >= 0) continue;
+    const Edges edges = edges_near(polygon, scratch.cuts);
+    if (edges.count > kManyEdges) {
+      round.polygon = o;
+      round.edges = edges;
+    }
   }
   return round;
 }
 
-// What of q, all of it beyond the polygon, is hidden by it: the factor to the part of the polygon in front of q.
-double Occluders::hidden_point_factor(const Convex& polygon, const Vec3& x, const Vec3& n,
-                                      std::span<const Vec3> q, Scratch& scratch) const {
-  look_through(polygon, x, q, scratch.cuts);
-  const auto [first, number] = edges_near(polygon, scratch.cuts);
+// What of q, all of it beyond the polygon, is hidden by it: the factor to the part of the polygon in front of q, of which only
+// these edges can be in front.
+double Occluders::hidden_point_factor(const Convex& polygon, Edges edges, const Vec3& x, const Vec3& n,
+                                      std::span<const Vec3> q, Scratch& scratch) {
+  const auto [first, number] = edges;
   const std::size_t corners = polygon.corners.size();
   auto& part = scratch.part;
   part.clear();
@@ -386,8 +450,7 @@ double Occluders::hidden_point_factor(const Convex& polygon, const Vec3& x, cons
     const Vec3 normal = (q[k] - x).cross(q[k + 1 == q.size() ? 0 : k + 1] - x);
     const double length = normal.norm();
     if (!(length > 0)) continue;
-    split(part, normal / length, normal.dot(x) / length, 0, scratch.inside, scratch.outside);
-    part.swap(scratch.inside);
+    keep_below(part, normal / length, normal.dot(x) / length, scratch.inside);
   }
   return part.size() < 3 ? 0 : std::abs(point_factor(x, n, part));
 }
@@ -401,7 +464,7 @@ double Occluders::visible_point_factor(const Vec3& x, const Vec3& n, std::span<c
   pieces[0].assign(q.begin(), q.end());
   std::size_t count = 1;
   bool cut = false;
-  const auto [many, hides_all] = find_round(x, q, scratch);
+  const auto [many, many_edges, hides_all] = find_round(x, q, scratch);
   if (hides_all) return 0;
   for (const int o : scratch.candidates) {
     if (o == many) continue;
@@ -458,7 +521,8 @@ double Occluders::visible_point_factor(const Vec3& x, const Vec3& n, std::span<c
     const double whole = cut ? point_factor(x, n, pieces[k]) : all;
     sum += whole;
     if (many >= 0)
-      sum -= hidden_point_factor(polygons_[static_cast<std::size_t>(many)], x, n, pieces[k], scratch);
+      sum -= hidden_point_factor(polygons_[static_cast<std::size_t>(many)], many_edges, x, n, pieces[k],
+                                 scratch);
   }
   return many >= 0 && sum < tolerance::kFactorRounding ? 0 : sum;
 }

@@ -74,12 +74,19 @@ class Occluders {
     std::vector<double> angles = {};  ///< relative to the first corner's, ascending
     Vec3 middle = Vec3::Zero(), u = Vec3::Zero(), v = Vec3::Zero();
     double inner_radius = 0;  ///< of a circle about the middle within it
+    std::vector<double> directions =
+        {};                      ///< angles of the edges, likewise; empty where they do not all turn left
+    double first_direction = 0;  ///< of the first edge, relative to u
   };
   /// Edges `first`, first + 1, …, modulo the number of corners.
   struct Edges {
     std::size_t first, count;
   };
   static void sort_by_angle(Convex& polygon);
+  /// In the polygon's plane, from u towards v.
+  static double angle_of(const Convex& polygon, const Vec3& direction);
+  /// The least n·x of its corners.
+  static double lowest(const Convex& polygon, const Vec3& n);
   /// The only edges of the polygon that can border on the hull of points in its plane, among others.
   static Edges edges_near(const Convex& polygon, std::span<const Vec3> points);
   /// Bits of the polygons, words_ for each patch or group.
@@ -101,11 +108,12 @@ class Occluders {
                     std::vector<Vec3>& cuts) const;
   struct Round {
     int polygon = -1;    ///< none
+    Edges edges{0, 0};   ///< its only ones that can border on what is seen of q through it
     bool hides = false;  ///< one of them hides all of q
   };
   Round find_round(const Vec3& x, std::span<const Vec3> q, Scratch& scratch) const;
-  double hidden_point_factor(const Convex& polygon, const Vec3& x, const Vec3& n, std::span<const Vec3> q,
-                             Scratch& scratch) const;
+  static double hidden_point_factor(const Convex& polygon, Edges edges, const Vec3& x, const Vec3& n,
+                                    std::span<const Vec3> q, Scratch& scratch);
 
   double slack_;
   bool usable_ = false;

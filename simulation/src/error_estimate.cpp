@@ -25,18 +25,21 @@ struct Stopped {};
 
 struct Solved {
   BandArray radiosity;
-  Index lamps;  // AssemblyReport::lamps
+  Index lamps;                                // AssemblyReport::lamps
+  std::shared_ptr<const PairRows> pair_rows;  // AssemblyReport::pair_rows
 };
 
 Solved solve_on(const SolvedProblem& problem, const PatchMesh& mesh, const Visibility& visibility,
-                const FormFactorOptions& options) {
+                const FormFactorOptions& options, std::shared_ptr<const PairRows> pair_rows = {}) {
   const auto method = problem.method.make(visibility, options);
+  AssemblyOptions assembly = problem.assembly;
+  assembly.pair_rows = std::move(pair_rows);
   AssemblyReport report;
-  const FormFactorMatrix f = assemble(*method, visibility, problem.assembly, &report);
+  const FormFactorMatrix f = assemble(*method, visibility, assembly, &report);
   if (!report.completed) throw Stopped{};
   SolverOptions solver = problem.solver_options;
   solver.step = {};
-  return {problem.solver.solve(RadiositySystem(f, mesh), solver).radiosity, report.lamps};
+  return {problem.solver.solve(RadiositySystem(f, mesh), solver).radiosity, report.lamps, report.pair_rows};
 }
 
 // A cheaper setting of the method, and what the difference in B is to be divided by.
@@ -166,8 +169,10 @@ Noise form_factor_error(const SolvedProblem& problem, const FormFactorMethod& me
   const Visibility& visibility = larger ? twice->visibility : problem.visibility;
   const BandArray& radiosity = larger ? twice->solved.radiosity : problem.solution.radiosity;
   const Cheaper other = cheaper(method);
-  const BandArray error = (solve_on(problem, mesh, visibility, other.options).radiosity - radiosity) /
-                          (larger ? 2 * other.divisor : other.divisor);
+  const auto& pair_rows = larger ? twice->solved.pair_rows : problem.pair_rows;
+  const BandArray error =
+      (solve_on(problem, mesh, visibility, other.options, pair_rows).radiosity - radiosity) /
+      (larger ? 2 * other.divisor : other.divisor);
   Noise out{mean_square(mesh, error, radiosity - mesh.emission()), smooth(mesh, error)};
   if (larger) out.per_patch = twice->on_finer(out.per_patch);
   return out;
@@ -395,7 +400,7 @@ std::optional<ErrorEstimate> estimate_error(const SolvedProblem& problem) try {
   ErrorEstimate out =
       estimate({scene, patches, problem.visibility, problem.method, problem.form_factor_options,
                 problem.assembly, problem.solver, problem.solver_options, solution, problem.lamps,
-                problem.unrestored, problem.unreliable});
+                problem.unrestored, problem.unreliable, problem.pair_rows});
   out.per_patch.rowwise() *= unit.transpose();
   return out;
 } catch (const Stopped&) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <numbers>
 
 #include "support/closed_forms.hpp"
@@ -212,6 +213,44 @@ TEST(Analytic, SeesPastARoundScreenOfManyCorners) {
       EXPECT_NEAR(f.row(0).tail(64).sum(), to_square - to_screen, 1e-4 * to_square)
           << "r " << r << ", a " << a;
     }
+}
+
+TEST(Analytic, SeesPastScreensOfManyCornersThatAreLongOrHaveStraightSides) {
+  // As above. What goes from the small patch to the screen is known without occlusion, and the square beyond gets the rest.
+  constexpr int kCorners = 400;
+  const auto ellipse = [](double t) {
+    return Eigen::Vector2d(std::cos(2 * pi * t), -0.1 * std::sin(2 * pi * t));
+  };
+  const auto rectangle = [](double t) {  // clockwise, 100 corners on each side
+    const Eigen::Vector2d corners[] = {{-1, 0.3}, {1, 0.3}, {1, -0.3}, {-1, -0.3}, {-1, 0.3}};
+    const auto side = static_cast<std::size_t>(4 * t);
+    return Eigen::Vector2d(corners[side] +
+                           (4 * t - static_cast<double>(side)) * (corners[side + 1] - corners[side]));
+  };
+  const double to_square = 4 * [] {
+    const double c = 4 / std::sqrt(4 * 4 + 2 * 2);
+    return c * std::atan(c) / pi;
+  }();
+  for (const auto& at :
+       {std::function<Eigen::Vector2d(double)>(ellipse), std::function<Eigen::Vector2d(double)>(rectangle)})
+    for (const double turn : {0.0, 0.7, 2.5})
+      for (const double away : {0.0, 0.5}) {
+        constexpr double kSide = 1e-4;
+        std::vector<Vec3> ring;
+        for (int k = 0; k < kCorners; ++k) {
+          const Eigen::Vector2d x = Eigen::Rotation2Dd(turn) * at(static_cast<double>(k) / kCorners);
+          ring.emplace_back(x.x() + away, x.y(), 1);
+        }
+        const PatchMesh mesh =
+            MeshBuilder()
+                .grid({-kSide / 2, -kSide / 2, 0}, kSide * Vec3::UnitX(), kSide * Vec3::UnitY(), 1, 1)
+                .polygon(ring)
+                .grid({-4, -4, 2}, 8 * Vec3::UnitY(), 8 * Vec3::UnitX(), 8, 8)
+                .build();
+        const Eigen::MatrixXd f = MethodSetup(mesh, find_form_factor_method("analytic")).raw().f;
+        EXPECT_GT(f(0, 1), 0.01);
+        EXPECT_NEAR(f.row(0).sum(), to_square, 1e-4 * to_square) << "turn " << turn << ", away " << away;
+      }
 }
 
 }  // namespace

@@ -157,5 +157,30 @@ TEST_P(Pairwise, SaysSoWhereSmallLampsAreTooMany) {
   EXPECT_EQ(warnings(cube_room(4)), 0);  // all of it emits
 }
 
+TEST(PairRows, OfAnEarlierAssemblyAreTakenAsTheyAreAndNoOthersComputed) {
+  // With 16 directions hardly any row is told by 32 of them, and the pairs would take over more rows than with 4,096.
+  const PatchMesh mesh = unlit()
+                             .box({0, 0, 0}, {1, 1, 1}, 2, Facing::inward)
+                             .use_material(grey("lamp", 0, 1))
+                             .grid({0.4, 0.4, 0.99}, 0.2 * Vec3::UnitY(), 0.2 * Vec3::UnitX(), 1, 1)
+                             .build();
+  const Index lamp = mesh.patch_count() - 1;
+  const FormFactorMethodInfo& info = find_form_factor_method("hemisphere");
+  const MethodSetup many(mesh, info, {.samples = 4096}), few(mesh, info, {.samples = 16});
+  AssemblyOptions options;
+  options.close = false;
+  AssemblyReport of_many, of_few, of_few_alone;
+  const Eigen::MatrixXd a = as_dense(assemble(*many.method, many.visibility, options, &of_many));
+  assemble(*few.method, few.visibility, options, &of_few_alone);
+  options.pair_rows = of_many.pair_rows;
+  const Eigen::MatrixXd b = as_dense(assemble(*few.method, few.visibility, options, &of_few));
+  EXPECT_GT(of_few_alone.pairwise, of_many.pairwise);
+  EXPECT_EQ(of_few.pairwise, of_many.pairwise);
+  EXPECT_EQ(of_few.lamps, 1);
+  EXPECT_EQ(a.row(lamp), b.row(lamp));
+  EXPECT_EQ(a.col(lamp), b.col(lamp));
+  EXPECT_NE(a.row(0), b.row(0));
+}
+
 }  // namespace
 }  // namespace radiosity::test

@@ -34,7 +34,7 @@ Estimated run(const Scene& scene, const PatchOptions& patch_options, std::string
   limited.memory_limit_bytes = memory_limit_bytes;
   const auto estimate =
       estimate_error({scene, patches, visibility, info, options, limited, *solver, SolverOptions{}, solution,
-                      assembly.lamps, assembly.unrestored(), assembly.unreliable});
+                      assembly.lamps, assembly.unrestored(), assembly.unreliable, assembly.pair_rows});
   return {estimate.value(), std::move(patches), solution.radiosity};
 }
 

@@ -51,9 +51,9 @@ Solved solve_scene(const Scene& scene, const PatchOptions& patch_options, const 
   const Solution solution = solve(*solver, RadiositySystem(f, out.patches.mesh), out.patches.mesh);
   out.radiosity = solution.radiosity;
   if (estimate)
-    out.estimate =
-        estimate_error({scene, out.patches, visibility, info, setting.options, AssemblyOptions{}, *solver,
-                        SolverOptions{}, solution, assembly.lamps, assembly.unrestored()});
+    out.estimate = estimate_error({scene, out.patches, visibility, info, setting.options, AssemblyOptions{},
+                                   *solver, SolverOptions{}, solution, assembly.lamps, assembly.unrestored(),
+                                   assembly.pair_rows});
   return out;
 }
 

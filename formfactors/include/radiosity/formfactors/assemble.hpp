@@ -12,11 +12,16 @@
 
 namespace radiosity {
 
+/// Factors of the patches whose rows and columns were computed pair by pair. Opaque; they depend on the mesh and not on samples.
+struct PairRows;
+
 struct AssemblyOptions {
   bool close = true;  ///< restore reciprocity and closure of methods that are not exact
   std::size_t memory_limit_bytes =
       0;  ///< of F; 0: none. Exceeding it throws InputError before it is allocated.
   Progress progress = {};
+  /// Of an earlier assembly of the same mesh by the same method: its pairs are taken as they are, and no others are computed.
+  std::shared_ptr<const PairRows> pair_rows = {};
 };
 
 /// Errors that F itself shows. They prove nothing about single entries: a hemicube's rows close to 1e-8 while
@@ -38,7 +43,8 @@ struct AssemblyReport {
   double escaped_mean = 0;  ///< area-weighted mean of 1 − Σ_j F_ij over the patches that see any other
   Index lamps = 0;          ///< patches that emit whose factors were computed pair by pair instead of sampled
   Index pairwise = 0;       ///< all such patches, whatever the reason
-  Index blind_patches = 0;  ///< see no patch at all
+  std::shared_ptr<const PairRows> pair_rows;  ///< their factors; null where the method looks at pairs anyway
+  Index blind_patches = 0;                    ///< see no patch at all
   /// Nearly touch others and are too many to be computed pair by pair: their factors are wrong, and nothing tells by how much.
   Index unreliable = 0;
   std::uint64_t rays = 0;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -41,6 +42,8 @@ struct SolvedProblem {
   Index lamps = 0;        ///< AssemblyReport::lamps
   double unrestored = 0;  ///< AssemblyReport::unrestored()
   Index unreliable = 0;   ///< AssemblyReport::unreliable
+  /// AssemblyReport::pair_rows: what was computed pair by pair has no noise of directions, and no other rows are spared it.
+  std::shared_ptr<const PairRows> pair_rows = {};
 };
 
 /// Estimates the error of a solution by solving three cheaper problems:
