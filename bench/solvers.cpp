@@ -125,8 +125,9 @@ class Comparison {
 void bandwidth(Index n) {
   FormFactorMatrix::Rows rows;
   rows.n = n;
-  rows.values.assign(static_cast<std::size_t>(n) * static_cast<std::size_t>(n), 1.0F / static_cast<float>(n));
-  rows.escaped.assign(static_cast<std::size_t>(n), 0);
+  const float each = 1.0F / static_cast<float>(n);
+  rows.values.assign(static_cast<std::size_t>(n) * static_cast<std::size_t>(n), each);
+  rows.escaped.assign(static_cast<std::size_t>(n), 1 - n * static_cast<double>(each));
   const FormFactorMatrix f(std::move(rows));
   fmt::print("\n| bands | GB/s of F, dense, {} patches | of one band's |\n|---|---|---|\n", n);
   double one = 0;

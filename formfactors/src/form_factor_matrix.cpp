@@ -7,9 +7,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 
 #include "radiosity/meshing/error.hpp"
+#include "radiosity/meshing/tolerances.hpp"
 
 namespace radiosity {
 namespace {
@@ -153,6 +155,36 @@ FormFactorMatrix::FormFactorMatrix(Rows rows) : rows_(std::move(rows)) {
                     rows_.values.size(), rows_.columns.size(), rows_.start.size(), rows_.diagonal.size(),
                     rows_.escaped.size(), rows_.n));
   }
+  require_rows();
+}
+
+void FormFactorMatrix::require_rows() const {
+  const auto n = static_cast<std::size_t>(rows_.n);
+  if (sparse() && (rows_.start[0] != 0 || !std::is_sorted(rows_.start.begin(), rows_.start.end())))
+    throw InputError("form factor matrix: the row starts do not ascend from 0");
+  std::vector<std::string> wrong(n);
+  tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) { wrong[i] = fault_of(static_cast<Index>(i)); });
+  const auto first = std::find_if(wrong.begin(), wrong.end(), [](const std::string& w) { return !w.empty(); });
+  if (first != wrong.end())
+    throw InputError(fmt::format("form factor matrix, row {}: {}", first - wrong.begin(), *first));
+}
+
+std::string FormFactorMatrix::fault_of(Index i) const {
+  const FormFactorRow r = row(i);
+  for (std::size_t k = 0; k < r.columns.size(); ++k) {
+    if (r.columns[k] < 0 || r.columns[k] >= rows_.n)
+      return fmt::format("column {} is not one of the {} patches", r.columns[k], rows_.n);
+    if (k > 0 && r.columns[k] <= r.columns[k - 1])
+      return fmt::format("column {} follows column {}; they do not ascend", r.columns[k], r.columns[k - 1]);
+  }
+  double sum = 0;
+  for (const float f : r.values) {
+    if (!(f >= 0 && std::isfinite(f))) return fmt::format("{} is not a share of light", f);
+    sum += static_cast<double>(f);
+  }
+  const double escaped = rows_.escaped[static_cast<std::size_t>(i)];
+  if (std::abs(1 - sum - r.diagonal - escaped) <= tolerance::kNotLost) return {};
+  return fmt::format("factors {}, diagonal {} and escaped {} do not add up to 1", sum, r.diagonal, escaped);
 }
 
 FormFactorRow FormFactorMatrix::row(Index i) const {

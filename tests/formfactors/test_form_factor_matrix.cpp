@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "radiosity/formfactors/threads.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "support/matrices.hpp"
@@ -94,6 +96,39 @@ TEST(FormFactorMatrix, RefusesSizesThatDoNotFit) {
   EXPECT_THROW(FormFactorMatrix(Rows{2, {}, {}, {0, 1, 1, 0}, none, {0}}), InputError);
   EXPECT_THROW(FormFactorMatrix(Rows{2, {0, 1}, {1}, {1}, none, {0, 0}}), InputError);
   EXPECT_THROW(FormFactorMatrix(Rows{2, {0, 1, 2}, {1}, {1, 1}, none, {0, 0}}), InputError);
+}
+
+TEST(FormFactorMatrix, RefusesRowsThatDoNotAddUpToOneWithWhatEscapes) {
+  // Two patches that send 0.9 to each other; where 0 is said to escape, even light would be kept by 1 − ρ alone.
+  const auto matrix = [](double escaped) {
+    return FormFactorMatrix({2, {}, {}, {0, 0.9f, 0.9f, 0}, {}, {escaped, escaped}});
+  };
+  const double sum = static_cast<double>(0.9f);
+  EXPECT_NO_THROW(matrix(1 - sum));
+  EXPECT_THROW(matrix(0), InputError);
+  EXPECT_THROW(matrix(1 - sum + 1e-8), InputError);
+  EXPECT_THROW(matrix(std::numeric_limits<double>::quiet_NaN()), InputError);
+}
+
+TEST(FormFactorMatrix, RefusesColumnsThatAreNoPatchesOrDoNotAscend) {
+  const auto sparse = [](std::vector<std::size_t> start, std::vector<Index> columns) {
+    return FormFactorMatrix({3, std::move(start), std::move(columns), {0.5f, 0.5f, 1}, {}, {0, 0, 1}});
+  };
+  EXPECT_NO_THROW(sparse({0, 2, 3, 3}, {1, 2, 0}));
+  EXPECT_THROW(sparse({0, 2, 3, 3}, {1, 3, 0}), InputError);
+  EXPECT_THROW(sparse({0, 2, 3, 3}, {-1, 2, 0}), InputError);
+  EXPECT_THROW(sparse({0, 2, 3, 3}, {2, 1, 0}), InputError);
+  EXPECT_THROW(sparse({0, 2, 3, 3}, {1, 1, 0}), InputError);
+  EXPECT_THROW(sparse({0, 100, 2, 3}, {1, 2, 0}), InputError);
+}
+
+TEST(FormFactorMatrix, RefusesFactorsThatAreNoSharesOfLight) {
+  const auto matrix = [](float f) {
+    return FormFactorMatrix({2, {}, {}, {0, f, 0, 0}, {}, {1 - static_cast<double>(f), 1}});
+  };
+  EXPECT_NO_THROW(matrix(0.25f));
+  EXPECT_THROW(matrix(-0.25f), InputError);
+  EXPECT_THROW(matrix(std::numeric_limits<float>::infinity()), InputError);
 }
 
 TEST(FormFactorMatrix, RefusesToMultiplyAFieldOfAnotherSize) {

@@ -119,7 +119,7 @@ TEST(MatrixMarket, WritesADenseMatrixWithItsDiagonalRemainder) {
   rows.n = 2;
   rows.values = {0, 0.1F, 1.0F / 3, 0.25F};
   rows.diagonal = {0.5, 0.125};
-  rows.escaped = {0.4, 0.2};
+  rows.escaped = {0.5 - static_cast<double>(0.1F), 0.625 - static_cast<double>(1.0F / 3)};
   const TemporaryDirectory directory;
   write_matrix_market(directory / "F.mtx", FormFactorMatrix(rows), "two\nlines");
   const ParsedMatrix matrix = parse(directory / "F.mtx");

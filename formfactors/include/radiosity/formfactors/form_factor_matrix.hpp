@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <vector>
 
 #include "radiosity/meshing/types.hpp"
@@ -69,7 +70,8 @@ class FormFactorMatrix final : public FormFactors {
     std::vector<double> diagonal;  ///< d_i; empty: zero
     std::vector<double> escaped;   ///< 1 − Σ_j F_ij − d_i
   };
-  /// Throws InputError when the sizes do not fit together.
+  /// Throws InputError when the sizes do not fit together, columns are not those of patches, ascending, a factor is negative or
+  /// not finite, or a row and what escapes do not add up to 1 (but for the rounding of a sum of doubles).
   explicit FormFactorMatrix(Rows rows);
 
   Index size() const override { return rows_.n; }
@@ -86,6 +88,10 @@ class FormFactorMatrix final : public FormFactors {
   double operator()(Index i, Index j) const;
 
  private:
+  void require_rows() const;
+  // What is wrong with a row; empty where nothing is.
+  std::string fault_of(Index i) const;
+
   Rows rows_;
 };
 
