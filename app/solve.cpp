@@ -55,9 +55,9 @@ int run_solve(const Options& options) {
   };
   const bool wants_series = !options.series_file.empty();
   Steps steps(!find_solver(settings.solver.value_or(std::string(kDefaultSolver))).needs_stored_rows);
-  const auto step = [&](Index iteration, const BandArray& radiosity) {
-    if (wants_series) steps.add(iteration, shown(radiosity));
-  };
+  Step step;
+  if (wants_series)
+    step = [&](Index iteration, const BandArray& radiosity) { steps.add(iteration, shown(radiosity)); };
   const Solved solved = options.accuracy > 0 ? solve_to_accuracy(job, loaded, settings)
                                              : solve_stage(job, loaded.scene, settings, step, loaded.setups);
 

@@ -371,8 +371,12 @@ Solved solve_stage(Job& job, const Scene& scene, const SceneSettings& settings, 
   const auto run = [&] {
     if (!facts.assembly.completed) return nothing_exchanged(patches.mesh, system);
     ProgressBar bar(job.console, "solve");
-    options.step = [&](Index iteration, double residual, const BandArray& radiosity) {
-      if (step) step(iteration, radiosity);
+    if (step)
+      options.step = [&](Index iteration, double, const BandArray& radiosity) {
+        step(iteration, radiosity);
+        return true;
+      };
+    options.progress = [&](Index, double residual) {
       return bar(solved_fraction(residual, options.tolerance));
     };
     return solve(*solver, system, patches.mesh, options);

@@ -44,6 +44,12 @@ float stored(double f) {
   return std::bit_cast<float>(std::bit_cast<std::uint32_t>(nearest) - above);  // f ≥ 0: the next smaller one
 }
 
+std::size_t count_entries(const RowList& rows) {
+  std::size_t count = 0;
+  for (const Row& row : rows) count += row.size();
+  return count;
+}
+
 template <class F>
 void for_each_row(Index n, F&& f) {
   tbb::parallel_for(tbb::blocked_range<Index>(0, n, 64), [&](const tbb::blocked_range<Index>& block) {
@@ -171,12 +177,14 @@ struct PairRows {
 
 namespace {
 
-std::shared_ptr<const PairRows> compute_pairs(const PairwisePatches& chosen, const Eigen::ArrayXd& areas) {
+// Null where `progress`, which is told that all rows are there, asked to stop.
+std::shared_ptr<const PairRows> compute_pairs(const PairwisePatches& chosen, const Eigen::ArrayXd& areas,
+                                              const Progress& progress) {
   const auto n = static_cast<std::size_t>(areas.size());
   auto out = std::make_shared<PairRows>(
       PairRows{chosen.patches, chosen.misjudged, chosen.lamps, RowList(n), RowList(n)});
-  tbb::parallel_for(std::size_t{0}, chosen.patches.size(), [&](std::size_t k) {
-    const Index i = chosen.patches[k];
+  const auto compute = [&](Index k) {
+    const Index i = chosen.patches[at(k)];
     Row& row = out->rows[at(i)];
     Row& column = out->columns[at(i)];
     chosen.factors->for_each_in_row(i, false, [&](Index j, double mutual) {
@@ -186,7 +194,11 @@ std::shared_ptr<const PairRows> compute_pairs(const PairwisePatches& chosen, con
     const auto before = [](const Entry& a, const Entry& b) { return a.column < b.column; };
     std::sort(row.begin(), row.end(), before);
     std::sort(column.begin(), column.end(), before);
-  });
+  };
+  const bool completed = for_each_block(
+      static_cast<Index>(chosen.patches.size()), 1, [&](Index k, Index) { compute(k); },
+      [&](Index) { return !progress || progress(1); });
+  if (!completed) return nullptr;
   return out;
 }
 
@@ -438,9 +450,12 @@ std::vector<double> probe_escape(const Visibility& visibility, std::uint64_t& ra
   return escaped;
 }
 
-void require_memory(const FormFactorMethod& method, Index n, std::size_t limit) {
+// Of rows of so many entries, and so many patches that are computed pair by pair.
+void require_memory(const FormFactorMethod& method, Index n, double entries, std::size_t pairwise,
+                    std::size_t limit) {
   if (limit == 0) return;
-  const double needed = assembly_bytes(n, method.max_entries_per_row());
+  // Each patch that is computed pair by pair has a whole row and a whole column.
+  const double needed = assembly_bytes(n, entries + 2 * static_cast<double>(pairwise));
   if (needed <= static_cast<double>(limit)) return;
   const double per_row = needed / n;
   const auto gigabytes = [](double bytes) { return bytes / 1e9; };
@@ -459,8 +474,7 @@ FormFactorMatrix::Rows pack(RowList& rows, F&& finish) {
   FormFactorMatrix::Rows out;
   out.n = static_cast<Index>(rows.size());
   const std::size_t n = rows.size();
-  std::size_t entries = 0;
-  for (const Row& row : rows) entries += row.size();
+  const std::size_t entries = count_entries(rows);
   const bool sparse =
       entries * (sizeof(float) + sizeof(Index)) + (n + 1) * sizeof(std::size_t) < n * n * sizeof(float);
   if (sparse) {
@@ -525,7 +539,7 @@ FormFactorMatrix assemble(const FormFactorMethod& method, const Visibility& visi
   const Eigen::ArrayXd& areas = mesh.areas();
   const Index n = mesh.patch_count();
   AssemblyReport facts;
-  require_memory(method, n, options.memory_limit_bytes);
+  require_memory(method, n, method.max_entries_per_row(), 0, options.memory_limit_bytes);
 
   Computed computed = compute_rows(method, n, method.reciprocal(), options.progress);
   RowList& rows = computed.rows;
@@ -541,11 +555,16 @@ FormFactorMatrix assemble(const FormFactorMethod& method, const Visibility& visi
     if (!facts.pair_rows) {
       const Eigen::ArrayXd sums = row_sums(rows);
       PairwisePatches chosen = pairwise_patches(method, visibility, {sums.data(), at(n)});
-      facts.pair_rows = compute_pairs(chosen, areas);
+      require_memory(method, n, static_cast<double>(count_entries(rows)) / std::max<Index>(n, 1),
+                     chosen.patches.size(), options.memory_limit_bytes);
+      facts.pair_rows = compute_pairs(chosen, areas, options.progress);
       if (chosen.factors) facts.rays += chosen.factors->rays();
       facts.warnings = std::move(chosen.warnings);
       facts.unreliable = chosen.unreliable;
+      facts.completed = facts.pair_rows != nullptr;
     }
+  }
+  if (facts.pair_rows) {
     const PairRows& pairs = *facts.pair_rows;
     singled = singled_out(pairs.patches, n);
     if (!singled.patches.empty()) replace_by_pairs(rows, singled, pairs);

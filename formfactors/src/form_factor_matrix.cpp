@@ -164,7 +164,8 @@ void FormFactorMatrix::require_rows() const {
     throw InputError("form factor matrix: the row starts do not ascend from 0");
   std::vector<std::string> wrong(n);
   tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) { wrong[i] = fault_of(static_cast<Index>(i)); });
-  const auto first = std::find_if(wrong.begin(), wrong.end(), [](const std::string& w) { return !w.empty(); });
+  const auto first =
+      std::find_if(wrong.begin(), wrong.end(), [](const std::string& w) { return !w.empty(); });
   if (first != wrong.end())
     throw InputError(fmt::format("form factor matrix, row {}: {}", first - wrong.begin(), *first));
 }

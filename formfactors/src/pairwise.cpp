@@ -2,11 +2,15 @@
 #include "pairwise.hpp"
 
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <iterator>
 #include <map>
+#include <utility>
 
+#include "radiosity/meshing/box_pairs.hpp"
 #include "radiosity/meshing/tolerances.hpp"
 
 namespace radiosity {
@@ -41,6 +45,24 @@ Heights heights(const std::vector<Vec3>& corners, const Vec3& normal, double off
   return h;
 }
 
+// Groups whose normals oppose and whose boxes are not further apart than `near` along any axis.
+std::vector<std::pair<std::size_t, std::size_t>> opposed_neighbours(const std::vector<PatchGroup>& groups,
+                                                                    double near) {
+  std::vector<Eigen::AlignedBox3d> boxes;
+  for (const PatchGroup& group : groups) {
+    Eigen::AlignedBox3d box;
+    for (const Vec3& c : group.corners) box.extend(c);
+    box.min().array() -= near / 2;
+    box.max().array() += near / 2;
+    boxes.push_back(box);
+  }
+  std::vector<std::pair<std::size_t, std::size_t>> pairs;
+  for_each_pair_that_meets(boxes, [&](std::size_t a, std::size_t b) {
+    if (groups[a].normal.dot(groups[b].normal) < 0) pairs.emplace_back(a, b);
+  });
+  return pairs;
+}
+
 // Patches i and j that face each other, one of them nowhere higher over the other's plane than kNearPlane · diagonal, and not
 // beside it either. (Where the normals do not oppose, such pairs exchange next to nothing.)
 std::vector<Index> near_patches(const Visibility& visibility) {
@@ -71,26 +93,21 @@ std::vector<Index> near_patches(const Visibility& visibility) {
       for (const Index i : under.patches) {
         if (visibility.covered(i) || !box.intersects(box_of(i))) continue;
         if (heights(corners_of(i), over.normal, over.offset).high <= rounding) continue;
-        found[static_cast<std::size_t>(i)] = found[static_cast<std::size_t>(j)] = 1;
+        for (const Index k : {i, j})
+          std::atomic_ref(found[static_cast<std::size_t>(k)]).store(1, std::memory_order_relaxed);
       }
     }
   };
-  std::vector<Eigen::AlignedBox3d> boxes(groups.size());
-  for (std::size_t g = 0; g < groups.size(); ++g)
-    for (const Vec3& c : groups[g].corners) boxes[g].extend(c);
-  for (std::size_t a = 0; a < groups.size(); ++a) {
-    Eigen::AlignedBox3d box = boxes[a];
-    box.min().array() -= near;
-    box.max().array() += near;
-    for (std::size_t b = a + 1; b < groups.size(); ++b) {
-      if (!box.intersects(boxes[b]) || groups[a].normal.dot(groups[b].normal) >= 0) continue;
-      const Heights of_b = heights(groups[b].corners, groups[a].normal, groups[a].offset);
-      const Heights of_a = heights(groups[a].corners, groups[b].normal, groups[b].offset);
-      if (of_a.high <= rounding || of_b.high <= rounding) continue;
-      if (of_b.low <= near) mark(groups[b], groups[a]);
-      if (of_a.low <= near) mark(groups[a], groups[b]);
-    }
-  }
+  const auto compare = [&](const PatchGroup& a, const PatchGroup& b) {
+    const Heights of_b = heights(b.corners, a.normal, a.offset);
+    const Heights of_a = heights(a.corners, b.normal, b.offset);
+    if (of_a.high <= rounding || of_b.high <= rounding) return;
+    if (of_b.low <= near) mark(b, a);
+    if (of_a.low <= near) mark(a, b);
+  };
+  const std::vector<std::pair<std::size_t, std::size_t>> pairs = opposed_neighbours(groups, near);
+  tbb::parallel_for(std::size_t{0}, pairs.size(),
+                    [&](std::size_t k) { compare(groups[pairs[k].first], groups[pairs[k].second]); });
   std::vector<Index> out;
   for (Index i = 0; i < mesh.patch_count(); ++i)
     if (found[static_cast<std::size_t>(i)] != 0) out.push_back(i);

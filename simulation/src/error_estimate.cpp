@@ -39,6 +39,7 @@ Solved solve_on(const SolvedProblem& problem, const PatchMesh& mesh, const Visib
   if (!report.completed) throw Stopped{};
   SolverOptions solver = problem.solver_options;
   solver.step = {};
+  solver.progress = {};
   return {problem.solver.solve(RadiositySystem(f, mesh), solver).radiosity, report.lamps, report.pair_rows};
 }
 

@@ -2,6 +2,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "solvers.hpp"
@@ -12,6 +13,10 @@ namespace {
 // Patches that reflect less than this count as black. What they reflect is lost beside any rounding, and A/ρ would
 // overflow.
 constexpr double kBlack = 1e-200;
+
+// What is taken from r step by step drifts away from the residual of B by rounding, a little with each step. After so many it is
+// computed again before it is believed.
+constexpr int kStepsWithoutDrift = 50;
 
 // A residual that is smaller than the first one by this factor is nothing but rounding.
 constexpr double kRounding = 1e-14;
@@ -58,7 +63,7 @@ class Lanczos {
 ///
 /// Bands and components are systems of their own, each with its own α, β, γ, but share each pass over F.
 class ConjugateGradient final : public Solver {
-  void iterate(const RadiositySystem& system, const SolverOptions&, State& state,
+  void iterate(const RadiositySystem& system, const SolverOptions& options, State& state,
                const Step& step) const override {
     const BandArray& rho = system.reflectance();
     const BandArray area = system.areas().replicate(1, system.bands());
@@ -79,17 +84,37 @@ class ConjugateGradient final : public Solver {
     const BandArray sink = system.sums(weight * loss);
 
     BandArray& radiosity = state.radiosity;
-    BandArray w = radiosity;
-    BandArray r = reflects * (system.emission() - w + rho * gather(w));
+    BandArray w = radiosity, gamma;
+    // r of w, before and after the γ with ⟨1, r⟩ = 0.
+    const auto residual_of_w = [&]() -> BandArray {
+      return reflects * (system.emission() - w + rho * gather(w));
+    };
+    const auto deflate = [&](BandArray& r) {
+      gamma = divide_or_zero(system.sums(weight * r), sink);
+      r -= loss * system.spread(gamma);
+      radiosity = w + reflects * system.spread(gamma);
+    };
+    BandArray r = residual_of_w();
     const BandArray negligible = kRounding * kRounding * product(r, r);
-    BandArray gamma = divide_or_zero(system.sums(weight * r), sink);
-    r -= loss * system.spread(gamma);
-    radiosity += reflects * system.spread(gamma);
+    deflate(r);
 
     BandArray p = r;
     BandArray rr = product(r, r);
     std::vector<Lanczos> spectrum(static_cast<std::size_t>(gamma.size()));
-    while (step(power_share(system, r))) {
+    double least_recomputed = std::numeric_limits<double>::infinity();
+    for (int steps = 0;; ++steps) {
+      double share = power_share(system, r);
+      if (steps > kStepsWithoutDrift && share <= options.tolerance) {
+        r = residual_of_w();
+        deflate(r);
+        const double recomputed = power_share(system, r);
+        if (recomputed > options.tolerance && recomputed < least_recomputed / 2) {  // start again from here
+          least_recomputed = share = recomputed;
+          p = r;
+          rr = product(r, r);
+        }
+      }
+      if (!step(share)) break;
       BandArray q = reflects * (p - rho * gather(p));
       const BandArray mu = divide_or_zero(system.sums(weight * q), sink);
       q -= loss * system.spread(mu);
@@ -105,7 +130,8 @@ class ConjugateGradient final : public Solver {
       const BandArray next = product(r, r);
       const BandArray beta = under_way * divide_or_zero(next, rr);
       for (Eigen::Index k = 0; k < alpha.size(); ++k)
-        if (alpha.data()[k] > 0) spectrum[static_cast<std::size_t>(k)].add(alpha.data()[k], beta.data()[k]);
+        if (alpha.data()[k] > 0 && std::isinf(least_recomputed))
+          spectrum[static_cast<std::size_t>(k)].add(alpha.data()[k], beta.data()[k]);
       p = r + system.spread(beta) * p;
       rr = next;
     }

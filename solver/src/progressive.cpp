@@ -34,11 +34,14 @@ class Progressive final : public Solver {
                const Step& step) const override {
     const Eigen::ArrayXd& area = system.areas();
     const BandArray& rho = system.reflectance();
-    const BandArray areas = area.replicate(1, system.bands());
+    const std::vector<Index>& component = system.component();
+    const auto part = [&](Index i) { return component[static_cast<std::size_t>(i)]; };
+    const BandArray zero = BandArray::Zero(system.components(), system.bands());
     // Bands count by their share of the emitted power: a faint band must converge too.
-    const BandArray emitted = system.sums(areas * system.emission());
+    const BandArray emitted = system.sums(system.emission().colwise() * area);
     const BandArray weight =
-        areas * system.spread(divide_or_zero(BandArray::Ones(emitted.rows(), emitted.cols()), emitted));
+        system.spread(divide_or_zero(BandArray::Ones(emitted.rows(), emitted.cols()), emitted)).colwise() *
+        area;
     BandArray received = system.emission();  // what the shots have made of B
     BandArray unshot = system.emission();
     BandArray ahead = BandArray::Zero(unshot.rows(), unshot.cols());  // ρh
@@ -47,13 +50,27 @@ class Progressive final : public Solver {
     const auto look_ahead = [&] {
       if (!overshoot_ && !options.ambient) return;
       const double kappa = shot > 0 ? arrived / shot : 1;
-      const BandArray under_way = system.sums(areas * unshot), loss = system.sums(areas * (1 - kappa * rho));
-      ahead = rho * system.spread(trust * kappa * divide_or_zero(under_way, loss));
+      BandArray under_way = zero, loss = zero;
+      for (Index i = 0; i < system.size(); ++i) {
+        under_way.row(part(i)) += area[i] * unshot.row(i);
+        loss.row(part(i)) += area[i] * (1 - kappa * rho.row(i));
+      }
+      const BandArray h = trust * kappa * divide_or_zero(under_way, loss);
+      for (Index i = 0; i < system.size(); ++i) ahead.row(i) = rho.row(i) * h.row(part(i));
     };
     const auto share = [&]() -> double {
       // r = ρF ΔB of B without the ambient term, ρ(F(ΔB + ρh) − h) of B with it: no more than this.
+      BandArray sums = zero;
+      for (Index i = 0; i < system.size(); ++i)
+        sums.row(part(i)) += weight.row(i) * ((unshot.row(i) + ahead.row(i)).abs() + ahead.row(i).abs());
+      return sums.maxCoeff();
+    };
+    // B is told only where somebody looks at it: a copy of it costs as much as a shot.
+    const auto goes_on = [&](double now) {
+      if (options.step) state.radiosity = received + ahead;
+      if (step(now)) return true;
       state.radiosity = received + ahead;
-      return system.sums(weight * ((unshot + ahead).abs() + ahead.abs())).maxCoeff();
+      return false;
     };
 
     std::vector<Index> order(static_cast<std::size_t>(system.size()));
@@ -62,7 +79,7 @@ class Progressive final : public Solver {
     std::vector<FormFactorRow> rows(block);
     look_ahead();
     double before = share();
-    if (!step(before)) return;
+    if (!goes_on(before)) return;
     for (Index shots = 0;;) {
       const Eigen::ArrayXd strength =
           (weight * (overshoot_ ? BandArray(unshot + ahead) : unshot)).abs().rowwise().sum();
@@ -83,9 +100,11 @@ class Progressive final : public Solver {
         unshot.row(i) -= power / area[i];
         double sum = rows[k].diagonal;
         const auto receive = [&](Index j, double f) {
-          const Bands gain = rho.row(j) * power * (f / area[j]);
-          received.row(j) += gain;
-          unshot.row(j) += gain;
+          for (Index b = 0; b < system.bands(); ++b) {
+            const double gain = rho(j, b) * power[b] * (f / area[j]);
+            received(j, b) += gain;
+            unshot(j, b) += gain;
+          }
         };
         for_each_entry(rows[k], [&](Index j, float f) {
           sum += static_cast<double>(f);
@@ -96,7 +115,7 @@ class Progressive final : public Solver {
         arrived += area[i] * sum;
         look_ahead();
         const double now = share();
-        if (!step(now)) return;
+        if (!goes_on(now)) return;
         if (++shots % system.size() != 0) continue;
         if (overshoot_ && now >= before) trust /= 2;
         before = now;

@@ -2,6 +2,8 @@
 #include "radiosity/solver/radiosity_system.hpp"
 
 #include <fmt/format.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
 
 #include <cmath>
 
@@ -122,16 +124,18 @@ BandArray RadiositySystem::irradiance(const BandArray& radiosity) const {
   }
   // Rows are dear: B = E + ρH gives H wherever something reflects, and only black patches gather.
   h.resize(radiosity.rows(), radiosity.cols());
-  RowBuffer buffer;
-  for (Index i = 0; i < size(); ++i) {
-    if ((reflectance_.row(i) > 0).all()) {
-      h.row(i) = (radiosity.row(i) - emission_.row(i)) / reflectance_.row(i);
-      continue;
+  tbb::parallel_for(tbb::blocked_range<Index>(0, size()), [&](const tbb::blocked_range<Index>& block) {
+    RowBuffer buffer;
+    for (Index i = block.begin(); i != block.end(); ++i) {
+      if ((reflectance_.row(i) > 0).all()) {
+        h.row(i) = (radiosity.row(i) - emission_.row(i)) / reflectance_.row(i);
+        continue;
+      }
+      const FormFactorRow row = form_factors_->row(i, buffer);
+      h.row(i) = row.diagonal * radiosity.row(i);
+      for_each_entry(row, [&](Index j, float f) { h.row(i) += static_cast<double>(f) * radiosity.row(j); });
     }
-    const FormFactorRow row = form_factors_->row(i, buffer);
-    h.row(i) = row.diagonal * radiosity.row(i);
-    for_each_entry(row, [&](Index j, float f) { h.row(i) += static_cast<double>(f) * radiosity.row(j); });
-  }
+  });
   return h;
 }
 

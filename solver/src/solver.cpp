@@ -253,6 +253,7 @@ SolveResult Solver::solve(const RadiositySystem& given, const SolverOptions& opt
       bands.restore(scaling.apply(state.radiosity, 1), result.radiosity);
       go_on = options.step(report.iterations, estimate, result.radiosity);
     }
+    if (options.progress) go_on = options.progress(report.iterations, estimate) && go_on;
     if (estimate <= options.tolerance) {
       report.status = SolveStatus::converged;
     } else if (!go_on) {

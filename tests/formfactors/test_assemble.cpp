@@ -252,6 +252,44 @@ TEST_P(Assembly, StopsWhenAskedTo) {
   EXPECT_GT(empty, 0);
 }
 
+// 600 patches of a room, and a lamp of 25.
+constexpr Index kLamps = 25;
+PatchMesh lit_room() {
+  return MeshBuilder()
+      .use_material(grey("wall", 0.5, 0))
+      .box({0, 0, 0}, {1, 1, 1}, 10, Facing::inward)
+      .use_material(grey("lamp", 0, 1))
+      .grid({0.4, 0.4, 0.9}, 0.2 * Vec3::UnitY(), 0.2 * Vec3::UnitX(), 5, 5)
+      .build();
+}
+
+TEST_P(Assembly, StopsWhilePairsAreComputed) {
+  const MethodSetup setup(lit_room(), info(), setting_of(info(), 16));
+  if (setup.method->reciprocal()) GTEST_SKIP() << "looks at pairs anyway";
+  bool all_rows = false;
+  AssemblyOptions options;
+  options.progress = [&](double fraction) {
+    const bool again = all_rows && fraction == 1;  // a second time: the pairs
+    all_rows = fraction == 1;
+    return !again;
+  };
+  const AssemblyReport report = assembled(setup, options).report;
+  EXPECT_FALSE(report.completed);
+  EXPECT_EQ(report.pairwise, 0);
+}
+
+TEST_P(Assembly, CountsPairsInTheMemoryThatItMayTake) {
+  // Of n rows with at most k = 16 entries (directions), 32 n k bytes; the rows and columns of m lamps may add 2 m entries to each.
+  const MethodSetup setup(lit_room(), info(), setting_of(info(), 16));
+  const Index n = setup.size(), k = setup.method->max_entries_per_row();
+  if (k > 16) GTEST_SKIP() << "stores all pairs anyway";
+  AssemblyOptions options;
+  options.memory_limit_bytes = static_cast<std::size_t>(2 * assembly_bytes(n, k));
+  EXPECT_THROW(assembled(setup, options), MemoryLimitError);
+  options.memory_limit_bytes = static_cast<std::size_t>(assembly_bytes(n, k + 2 * kLamps));
+  EXPECT_EQ(assembled(setup, options).report.lamps, kLamps);
+}
+
 TEST_P(Assembly, RefusesToExceedTheMemoryLimitAndSaysWhatWouldFit) {
   const MethodSetup setup(cube_room(6), info(), setting_of(info(), 16));
   AssemblyOptions options;

@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <cmath>
+#include <limits>
 
 #include "radiosity/formfactors/assemble.hpp"
 #include "radiosity/meshing/error.hpp"
@@ -140,6 +141,36 @@ TEST(ConjugateGradients, ReadFOnceForAllBands) {
   };
   EXPECT_EQ(reads_per_iteration(1), 50);
   EXPECT_EQ(reads_per_iteration(64), 50);
+}
+
+TEST(ConjugateGradients, GoOnWhereTheResidualHasDriftedBelowWhatBLeaves) {
+  // A row of patches that see their neighbours alone; the light of the first reaches the last in no less than n steps. Rounding in
+  // each of them adds up to more than the tolerance, and to 20 times what a few steps from the residual itself leave.
+  constexpr Index n = 1000;
+  FormFactorMatrix::Rows rows;
+  rows.n = n;
+  rows.start = {0};
+  for (Index i = 0; i < n; ++i) {
+    for (const Index j : {i - 1, i + 1}) {
+      if (j < 0 || j >= n) continue;
+      rows.columns.push_back(j);
+      rows.values.push_back(0.5F);
+    }
+    rows.start.push_back(rows.values.size());
+    rows.diagonal.push_back(i == 0 || i == n - 1 ? 0.5 : 0);
+    rows.escaped.push_back(0);
+  }
+  const FormFactorMatrix f(rows);
+  BandArray e = BandArray::Zero(n, 1);
+  e(0, 0) = 1;
+  const RadiositySystem system(f, Eigen::ArrayXd::Ones(n), BandArray::Constant(n, 1, 1 - 1e-4), e);
+  const SolveReport report = find_solver("conjugate-gradient")
+                                 .make()
+                                 ->solve(system, {.tolerance = 1e-12, .max_iterations = 2 * n})
+                                 .report;
+  EXPECT_EQ(report.status, SolveStatus::converged) << report.message;
+  // Σ A B / Σ A E = 1 / (1 − ρ) = 10⁴, of which rounding may leave 4 ε.
+  EXPECT_LE(report.residual, 1e-12 + 1e4 * 4 * std::numeric_limits<double>::epsilon());
 }
 
 TEST_P(EverySolver, TakesARelaxationOnlyWhereItRelaxes) {

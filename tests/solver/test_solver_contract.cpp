@@ -367,6 +367,24 @@ TEST_P(AnySolver, StopsWhenTheCallerHasSeenEnough) {
   EXPECT_EQ(result.report.history, residuals);
 }
 
+TEST_P(AnySolver, TellsProgressWithoutRadiositiesAndStopsForIt) {
+  const auto problem = random_problem(60, 4);
+  std::vector<double> residuals;
+  SolverOptions options;
+  options.progress = [&](Index iteration, double residual) {
+    EXPECT_EQ(iteration, static_cast<Index>(residuals.size()));
+    residuals.push_back(residual);
+    return iteration < 3;
+  };
+  const SolveResult result = solve(*problem, options);
+  EXPECT_EQ(result.report.status, SolveStatus::stopped);
+  EXPECT_EQ(result.report.iterations, 3);
+  EXPECT_EQ(result.report.history, residuals);
+  const auto after_three = [](Index iteration, double, const BandArray&) { return iteration < 3; };
+  const SolveResult watched = solve(*problem, {.step = after_three});
+  EXPECT_TRUE((result.radiosity == watched.radiosity).all());
+}
+
 TEST_P(AnySolver, GivesTheSameBitsWithAnyNumberOfThreads) {
   const auto problem = random_problem(150, 6);
   const auto with = [&](int threads) {

@@ -53,7 +53,7 @@ Solved solve_scene(const Scene& scene, const PatchOptions& patch_options, const 
   if (estimate)
     out.estimate = estimate_error({scene, out.patches, visibility, info, setting.options, AssemblyOptions{},
                                    *solver, SolverOptions{}, solution, assembly.lamps, assembly.unrestored(),
-                                   assembly.pair_rows});
+                                   assembly.unreliable, assembly.pair_rows});
   return out;
 }
 

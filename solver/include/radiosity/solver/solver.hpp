@@ -24,6 +24,8 @@ struct SolverOptions {
   /// Called with iteration 0 and B = E, then after each iteration, with the number of iterations done, the residual
   /// estimate and B so far (n × bands, W/m²). Returning false stops the solve; what has been reached is kept.
   std::function<bool(Index iteration, double residual, const BandArray& radiosity)> step = {};
+  /// The same without B, which costs shooting solvers as much as a shot.
+  std::function<bool(Index iteration, double residual)> progress = {};
 };
 
 enum class SolveStatus { converged, iteration_limit, stopped, failed };
