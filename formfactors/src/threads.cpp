@@ -42,9 +42,8 @@ bool for_each_block(Index count, Index block, const std::function<void(Index, In
     // Isolated, so that a parallel loop of the watcher does not take up a block, and call the watcher from within itself.
     if (!tbb::this_task_arena::isolate([&] { return watch(done); })) stop = true;
   });
-  if (done < count) return false;
-  if (watch) watch(count);
-  return true;
+  // Who asks to stop is believed even where nothing was left to do.
+  return !stop && (!watch || watch(count));
 }
 
 }  // namespace radiosity
