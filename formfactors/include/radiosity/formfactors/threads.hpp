@@ -24,7 +24,7 @@ class ThreadLimit {
 
 /// Calls work(first, last) for every block of `block` of the indices below count, on all threads. Whenever the calling
 /// thread is done with one, and on that thread alone, watch(done) is told how many indices are done: it may use the
-/// toolkit, and false from it ends the work early. It is told the end, too. Returns whether all of the work was done.
+/// toolkit, and false from it ends the work early. It is told the end, too. Returns whether all was done and watch never asked to end it.
 bool for_each_block(Index count, Index block, const std::function<void(Index first, Index last)>& work,
                     const std::function<bool(Index done)>& watch = {});
 
