@@ -96,10 +96,10 @@ std::vector<double> shares_of_backs(const std::vector<Glance>& all, const Visibi
   const PatchMesh& mesh = visibility.mesh();
   std::vector<double> shares(mesh.materials().size(), 0);
   double directions = 0;
-  for (const Glance& from : all) {
-    if (visibility.covered(from.from) || (!even_blind && from.blind())) continue;
+  for (const Glance& glance : all) {
+    if (visibility.covered(glance.from) || (!even_blind && glance.blind())) continue;
     directions += kRays;
-    for (const Visibility::Hit& hit : from.hits)
+    for (const Visibility::Hit& hit : glance.hits)
       if (meets_back(hit) && !emits(mesh.material_of(hit.patch))) shares[at(mesh.material(hit.patch))] += 1;
   }
   for (double& share : shares) share /= std::max(directions, 1.0);

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "contacts.hpp"
 
-#include <CGAL/Box_intersection_d/Box_with_info_d.h>
-#include <CGAL/box_intersection_d.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "radiosity/meshing/box_pairs.hpp"
 #include "radiosity/meshing/tolerances.hpp"
 
 namespace radiosity {
@@ -75,28 +73,26 @@ class Finder {
 
   /// Pairs (i < j) of polygons whose boxes overlap and of which neither is on one side of the other's plane.
   std::vector<std::array<Index, 2>> pairs() const {
-    using Box = CGAL::Box_intersection_d::Box_with_info_d<double, 3, Index>;
-    std::vector<Box> boxes;
+    std::vector<Index> polygons;
+    std::vector<Eigen::AlignedBox3d> boxes;
+    polygons.reserve(planes_.size());
     boxes.reserve(planes_.size());
     for (Index p = 0; p < surface_.count(); ++p) {
       if (!takes_part_[at(p)]) continue;
-      Vec3 lower = point(surface_.loop(p)[0]), upper = lower;
-      for (const Index c : surface_.loop(p)) {
-        lower = lower.cwiseMin(point(c));
-        upper = upper.cwiseMax(point(c));
-      }
-      lower.array() -= kNarrowGap * distance_;
-      upper.array() += kNarrowGap * distance_;
-      boxes.emplace_back(CGAL::Bbox_3(lower.x(), lower.y(), lower.z(), upper.x(), upper.y(), upper.z()), p);
+      Eigen::AlignedBox3d box;
+      for (const Index c : surface_.loop(p)) box.extend(point(c));
+      box.min().array() -= kNarrowGap * distance_;
+      box.max().array() += kNarrowGap * distance_;
+      polygons.push_back(p);
+      boxes.push_back(box);
     }
     std::vector<std::array<Index, 2>> found;
-    const auto use = [&](const Box& a, const Box& b) {
-      const Index i = std::min(a.info(), b.info()), j = std::max(a.info(), b.info());
+    for_each_pair_that_meets(boxes, [&](std::size_t a, std::size_t b) {
+      const auto [i, j] = std::minmax(polygons[a], polygons[b]);
       if (surface_.face[at(i)] != surface_.face[at(j)] &&
           ((reaches(j, i) && reaches(i, j)) || face_each_other(i, j)))
         found.push_back({i, j});
-    };
-    CGAL::box_self_intersection_d(boxes.begin(), boxes.end(), use);
+    });
     std::sort(found.begin(), found.end());
     return found;
   }
