@@ -18,8 +18,11 @@ int run_compare(const Options& options) {
   CompareOptions compare_options;
   compare_options.budget_s = options.budget_s;
   compare_options.seed = settings.seed.value_or(compare_options.seed);
-  compare_options.memory_limit_bytes = assembly_options(options).memory_limit_bytes;
-  compare_options.meshed = [&](const Patches& made) { tell_patches(job, made, patches); };
+  compare_options.memory_limit_bytes = options.memory_limit_bytes;
+  compare_options.meshed = [&](const Patches& made) {
+    job.report.seconds.mesh = job.stage.lap();
+    tell_patches(job, made, patches);
+  };
   const Comparison comparison = [&] {
     ProgressBar bar(job.console, "comparing");
     compare_options.progress = [&](double fraction) { return bar(fraction); };

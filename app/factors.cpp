@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include "commands.hpp"
-#include "radiosity/formfactors/visibility.hpp"
 #include "radiosity/io/matrix_market.hpp"
 #include "stages.hpp"
 
@@ -13,14 +12,12 @@ int run_factors(const Options& options) {
   check_outputs(options, ".mtx");
   const LoadedScene loaded = read_stage(job, options.scene, MissingMaterials::allow);
   const SceneSettings settings = override_settings(loaded.settings, options.flags);
-  const Patches patches = patch_stage(job, loaded.scene, settings);
-  const Visibility visibility(patches.mesh);
-  sides_stage(job, visibility);
-  const ChosenMethod chosen = method_stage(job, visibility, settings);
-  const FormFactorMatrix matrix = form_factor_stage(job, *chosen.method, visibility);
+  Telling telling(job, settings);
+  const auto [scene, matrix] = scene_form_factors(loaded.scene, settings, telling.options());
+  telling.finish(scene);
 
   // Half a matrix would look like a whole one: nothing of it is written.
-  job.report.converged = job.report.form_factors->assembly.completed;
+  job.report.converged = scene.form_factors.assembly.completed;
   Outputs outputs(job);
   job.stage.lap();
   if (job.report.converged) {
@@ -29,8 +26,8 @@ int run_factors(const Options& options) {
         options.output, matrix,
         fmt::format("radiosity {}\n{}\nForm factors of the {} patches of {} by method {}.\n"
                     "Row i, column j: the fraction of what leaves patch i that arrives at patch j.",
-                    RADIOSITY_VERSION, options.command_line, patches.mesh.patch_count(),
-                    options.scene.string(), chosen.info->name));
+                    RADIOSITY_VERSION, options.command_line, matrix.size(), options.scene.string(),
+                    scene.form_factors.method));
   }
   outputs.finish();
   return job.report.converged ? kDone : kNotConverged;

@@ -9,6 +9,7 @@
 
 #include "commands.hpp"
 #include "radiosity/formfactors/estimate_seconds.hpp"
+#include "radiosity/formfactors/sides.hpp"
 #include "radiosity/formfactors/visibility.hpp"
 #include "radiosity/io/output.hpp"
 #include "stages.hpp"
@@ -65,10 +66,14 @@ int run_inspect(const Options& options) {
   print_materials(job.console, loaded.scene);
 
   const SceneSettings settings = override_settings(loaded.settings, options.flags);
-  const Patches patches = patch_stage(job, loaded.scene, settings);
+  const PatchOptions patch_options = settings.patches.value_or(PatchOptions{});
+  job.stage.lap();
+  const Patches patches = make_patches(loaded.scene, patch_options);
+  job.report.seconds.mesh = job.stage.lap();
+  tell_patches(job, patches, patch_options);
   const Index n = patches.mesh.patch_count();
   const Visibility visibility(patches.mesh);
-  sides_stage(job, visibility);
+  warn(job, side_warnings(seen_sides(visibility), patches.mesh));
   job.console.line("occlusion", "{}",
                    visibility.convex() ? "none: no patch can stand between two others"
                                        : "some patches may stand between others");
@@ -77,7 +82,7 @@ int run_inspect(const Options& options) {
   const int threads = options.threads > 0
                           ? options.threads
                           : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  const std::string automatic = choose_method(visibility, job.where_few).name;
+  const std::string_view automatic = choose_method(visibility, {}).info->name;
   job.console.line("estimate", "time for the form factors on {} {}, from a sample of rows:", threads,
                    threads == 1 ? "thread" : "threads");
   for (const FormFactorMethodInfo& info : form_factor_methods()) {
@@ -89,7 +94,7 @@ int run_inspect(const Options& options) {
     const std::string time = method->reciprocal() && n > kMostPairsOfRow
                                  ? fmt::format("not timed: each row has {} pairs", n)
                                  : "about " + seconds_text(estimate_seconds(*method, n));
-    job.console.line("", "{:<12} {}, {}{}", info.name, time, settings_text(*method),
+    job.console.line("", "{:<12} {}, {}{}", info.name, time, settings_text(method->options()),
                      info.name == automatic ? "; what auto would choose" : "");
   }
   job.report.converged = true;

@@ -15,6 +15,7 @@
 
 #include "radiosity/formfactors/form_factor_method.hpp"
 #include "radiosity/io/nearest_name.hpp"
+#include "radiosity/simulation/choose_method.hpp"
 #include "radiosity/simulation/probe.hpp"
 #include "radiosity/solver/solver.hpp"
 

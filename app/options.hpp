@@ -7,14 +7,10 @@
 #include <span>
 #include <stdexcept>
 #include <string>
-#include <string_view>
 
 #include "radiosity/io/read_scene.hpp"
 
 namespace radiosity::app {
-
-inline constexpr std::string_view kAutoMethod = "auto";
-inline constexpr std::string_view kDefaultSolver = "conjugate-gradient";
 
 /// The command line breaks a rule: exit status 2.
 class UsageError : public std::runtime_error {

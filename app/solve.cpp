@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 
 #include <bit>
+#include <functional>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -45,7 +47,6 @@ class Steps {
 
 int run_solve(const Options& options) {
   Job job(options);
-  if (options.time_limit > 0) stop_after(options.time_limit);
   check_outputs(options, ".vtp");
   const LoadedScene loaded = read_stage(job, options.scene);
   const SceneSettings settings = override_settings(loaded.settings, options.flags);
@@ -54,20 +55,16 @@ int run_solve(const Options& options) {
     return all.leftCols(all.cols() / static_cast<Eigen::Index>(loaded.setups.size() + 1));
   };
   const bool wants_series = !options.series_file.empty();
-  Steps steps(!find_solver(settings.solver.value_or(std::string(kDefaultSolver))).needs_stored_rows);
-  Step step;
+  Steps steps(!find_solver(settings.solver ? *settings.solver : kDefaultSolver).needs_stored_rows);
+  std::function<void(Index, const BandArray&)> step;
   if (wants_series)
     step = [&](Index iteration, const BandArray& radiosity) { steps.add(iteration, shown(radiosity)); };
-  const Solved solved = options.accuracy > 0 ? solve_to_accuracy(job, loaded, settings)
-                                             : solve_stage(job, loaded.scene, settings, step, loaded.setups);
+  const SolvedScene solved = solve_stage(job, loaded, settings, step);
 
   Outputs outputs(job);
-  const Index bands = job.report.scene->bands;
   for (std::size_t k = 0; k <= loaded.setups.size(); ++k) {
-    const Index first = static_cast<Index>(k) * bands;
-    const PatchMesh mesh =
-        solved.patches.mesh.with_materials(select_bands(solved.patches.mesh.materials(), first, bands));
-    const Solution solution = select_bands(solved.solution, first, bands);
+    const PatchMesh mesh = solved.mesh_of_setup(static_cast<Index>(k));
+    const Solution solution = solved.solution_of_setup(static_cast<Index>(k));
     const double exposure = automatic_exposure(mesh, solution.radiosity);
     std::filesystem::path file = options.output;
     if (k > 0)
@@ -81,22 +78,20 @@ int run_solve(const Options& options) {
       steps.keep(solution.report.iterations, solution.radiosity);
       steps.write(options.series_file, mesh, exposure);
     }
-    const bool error_known = solved.error && solved.error->total;
-    BandArray error;
-    if (error_known) error = solved.error->per_patch.middleCols(first, bands);
+    const std::optional<BandArray> error = solved.error_of_setup(static_cast<Index>(k));
     outputs.will_write(file);
-    write_solution(
-        file, mesh, solution,
-        {RADIOSITY_VERSION, options.command_line, solved.method, solved.solver, job.report.converged},
-        exposure, error_known ? &error : nullptr);
+    write_solution(file, mesh, solution,
+                   {RADIOSITY_VERSION, options.command_line, solved.form_factors.method, solved.solver,
+                    solved.converged()},
+                   exposure, error ? &*error : nullptr);
     if (k == 0 && !options.paraview_file.empty()) {
       outputs.will_write(options.paraview_file);
       write_paraview_script(options.paraview_file, file, settings.camera.value_or(automatic_camera(mesh)));
     }
   }
   outputs.finish();
-  const bool reached = !job.report.accuracy || job.report.accuracy->reached;
-  return job.report.converged && reached ? kDone : kNotConverged;
+  const bool reached = !solved.accuracy || solved.accuracy->reached;
+  return solved.converged() && reached ? kDone : kNotConverged;
 }
 
 }  // namespace radiosity::app

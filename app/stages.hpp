@@ -1,27 +1,24 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <functional>
-#include <memory>
 #include <optional>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "options.hpp"
-#include "radiosity/formfactors/assemble.hpp"
 #include "radiosity/io/read_scene.hpp"
 #include "radiosity/io/report.hpp"
-#include "radiosity/meshing/make_patches.hpp"
-#include "radiosity/simulation/error_estimate.hpp"
-#include "radiosity/solver/solution.hpp"
+#include "radiosity/simulation/solve_scene.hpp"
+#include "radiosity/simulation/stopwatch.hpp"
 #include "terminal.hpp"
 
 namespace radiosity::app {
 
-/// The stages that the subcommands share. Each prints its lines and fills its part of the report.
+/// What the subcommands share: their words, and the report that they fill.
 struct Job {
   explicit Job(const Options& given);
 
@@ -29,64 +26,49 @@ struct Job {
   Console console;
   Report report;
   Stopwatch total, stage;
-  std::string_view where_few = "analytic";  ///< what --method auto takes where patches are few
-  bool look_outwards = false;               ///< fronts do: sides_stage has said so
 };
 
 /// Refuses an output that could not be written, before any work is done for it.
 void check_outputs(const Options& options, const std::string& extension);
 
-/// Memory and closure, as the options say.
-AssemblyOptions assembly_options(const Options& options);
-
+/// Reads a scene and decides which faces have backs.
 LoadedScene read_stage(Job& job, const std::filesystem::path& file,
                        MissingMaterials missing = MissingMaterials::refuse);
 
-Patches patch_stage(Job& job, const Scene& scene, const SceneSettings& settings);
-/// What patch_stage says of patches, for those that were made elsewhere.
+void warn(Job& job, const std::vector<std::string>& warnings);
 void tell_patches(Job& job, const Patches& patches, const PatchOptions& options);
 
-/// Says the total, or why there is none, its parts and its notes.
-void tell_error(Job& job, const ErrorEstimate& error);
-
-/// Warns where fronts look outwards, or light meets backs.
-void sides_stage(Job& job, const Visibility& visibility);
-
-/// The rule behind --method auto: pairs where they are closed forms, `where_few` where patches are few, otherwise rays.
-struct MethodChoice {
-  std::string name, why;
-};
-MethodChoice choose_method(const Visibility& visibility, std::string_view where_few);
-
-struct ChosenMethod {
-  const FormFactorMethodInfo* info;
-  FormFactorOptions options;
-  std::unique_ptr<FormFactorMethod> method;
-};
 /// "samples 4, resolution 128": what is in force.
-std::string settings_text(const FormFactorMethod& method);
+std::string settings_text(const FormFactorOptions& options);
 
-ChosenMethod method_stage(Job& job, const Visibility& visibility, const SceneSettings& settings);
+/// A scene in the library's hands: tells of each stage when it ends, and how far the others are.
+class Telling {
+ public:
+  Telling(Job& job, const SceneSettings& settings, std::span<const LightingSetup> setups = {});
 
-/// All rows of F, or what Ctrl-C left of them: see job.report.form_factors->assembly.completed.
-FormFactorMatrix form_factor_stage(Job& job, const FormFactorMethod& method, const Visibility& visibility);
+  /// What the command line asks for. They refer to this object.
+  SolveOptions options();
+  /// Fills its part of the report, and says how the rounds of an accuracy ended.
+  void finish(const SolvedScene& solved);
 
-struct Solved {
-  Patches patches;
-  Solution solution;
-  std::optional<ErrorEstimate> error;
-  std::string method, solver;
-  FormFactorOptions options;  ///< in force
-  bool exact = false, reciprocal = false;
+ private:
+  void stage(SolveStage ended, const SolvedScene& scene);
+  void form_factors(const SolvedScene& scene);
+  void solution(const SolvedScene& scene);
+  void warn_anew(const SolvedScene& scene);
+  void hide_bar();
+
+  Job& job_;
+  const SceneSettings& settings_;
+  std::span<const LightingSetup> setups_;
+  std::optional<ProgressBar> bar_;
+  std::optional<SolveStage> bar_stage_;
+  std::size_t warnings_ = 0, rounds_ = 0;  ///< told
 };
-/// Scene → solution, through all the stages above. `step` is called after each iteration of the solver. Patches and
-/// solution have the bands of the scene, then those of each set-up.
-using Step = std::function<void(Index iteration, const BandArray& radiosity)>;
-Solved solve_stage(Job& job, const Scene& scene, const SceneSettings& settings, const Step& step = {},
-                   std::span<const LightingSetup> setups = {});
 
-/// The same with settings that reach --accuracy, found in rounds; the report is that of the best.
-Solved solve_to_accuracy(Job& job, const LoadedScene& loaded, const SceneSettings& settings);
+/// Scene → solution, told and reported.
+SolvedScene solve_stage(Job& job, const LoadedScene& loaded, const SceneSettings& settings,
+                        const std::function<void(Index iteration, const BandArray& radiosity)>& step = {});
 
 /// Files that this run writes. Those that were not there before are removed again unless all went well.
 class Outputs {

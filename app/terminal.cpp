@@ -13,7 +13,6 @@ namespace radiosity::app {
 namespace {
 
 std::atomic<bool> interrupt_flag{false};
-auto deadline = std::chrono::steady_clock::time_point::max();  // set before any work begins
 static_assert(std::atomic<bool>::is_always_lock_free, "needed in a signal handler");
 
 }  // namespace
@@ -26,13 +25,7 @@ void catch_interrupts() {
 }
 
 bool interrupted() {
-  return interrupt_flag.load() || std::chrono::steady_clock::now() >= deadline;
-}
-
-void stop_after(double seconds) {
-  const std::chrono::duration<double> wait(std::min(seconds, 1e9));
-  deadline = std::chrono::steady_clock::now() +
-             std::chrono::duration_cast<std::chrono::steady_clock::duration>(wait);
+  return interrupt_flag.load();
 }
 
 ProgressBar::ProgressBar(const Console& console, std::string label)

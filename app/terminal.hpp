@@ -13,8 +13,6 @@ namespace radiosity::app {
 /// From now on Ctrl-C sets a flag; a second Ctrl-C kills.
 void catch_interrupts();
 bool interrupted();
-/// After so many seconds from now it is as if Ctrl-C had been pressed.
-void stop_after(double seconds);
 
 /// Plain lines on stdout: a label in a column of its own, then text. Silent when quiet.
 class Console {
@@ -52,22 +50,6 @@ class ProgressBar {
   bool visible_, drawn_ = false;
   std::string label_;
   Clock::time_point start_ = Clock::now(), last_ = start_;
-};
-
-class Stopwatch {
- public:
-  /// Seconds since construction or the last lap.
-  double lap() {
-    const auto now = Clock::now();
-    const std::chrono::duration<double> elapsed = now - last_;
-    last_ = now;
-    return elapsed.count();
-  }
-
- private:
-  using Clock = std::chrono::steady_clock;
-
-  Clock::time_point last_ = Clock::now();
 };
 
 /// "1.23 GB", in powers of ten.

@@ -41,7 +41,7 @@ std::optional<Lit> read_solved(Job& job) {
 
 Lit solve_scene(Job& job) {
   const LoadedScene loaded = read_stage(job, job.options.scene);
-  Solved solved = solve_stage(job, loaded.scene, loaded.settings);
+  SolvedScene solved = solve_stage(job, {loaded.scene, {}, {}, {}, {}}, loaded.settings);
   const double exposure = automatic_exposure(solved.patches.mesh, solved.solution.radiosity);
   return {std::move(solved.patches.mesh), std::move(solved.solution.vertex_radiosity), exposure,
           loaded.settings.camera, job.report.converged};

@@ -307,8 +307,7 @@ LoadedScene read_scene(const fs::path& file, MissingMaterials missing) {
 }
 
 void require_emission(const Scene& scene, const fs::path& file) {
-  for (Index f = 0; f < scene.face_count(); ++f)
-    if ((scene.materials()[static_cast<std::size_t>(scene.material(f))].emission > 0).any()) return;
+  if (emits(scene)) return;
   const std::string table = fmt::format("  [materials.{}]\n  emission = 10   # W/m², or: power = 100   # W",
                                         toml_key(scene.materials().front().name));
   if (lower_case_extension(file) == ".toml")

@@ -49,7 +49,7 @@ Json to_json(const Report::SceneFacts& scene) {
   return json;
 }
 
-Json to_json(const Report::Modelled& modelled) {
+Json to_json(const Modelled& modelled) {
   Json saved = Json::object();
   const auto add = [&saved](const char* what, const std::optional<std::uint64_t>& count) {
     if (count) saved[what] = *count;
@@ -71,11 +71,24 @@ Json to_json(const FormFactorQuality& quality) {
           {"reciprocity_error_mean", quality.reciprocity_error_mean}};
 }
 
-Json to_json(const Report::FormFactorFacts& facts) {
-  Json parameters = Json::object();
-  for (const auto& [name, value] : facts.parameters) parameters[name] = value;
+const char* name(FormFactorStorage storage) {
+  switch (storage) {
+    case FormFactorStorage::dense:
+      return "dense";
+    case FormFactorStorage::sparse:
+      return "sparse";
+    case FormFactorStorage::rows:
+      break;
+  }
+  return "rows";
+}
+
+Json to_json(const FormFactorFacts& facts) {
+  Json parameters = {{"seed", facts.options.seed}};
+  if (facts.options.samples > 0) parameters["samples"] = facts.options.samples;
+  if (facts.options.resolution > 0) parameters["resolution"] = facts.options.resolution;
   const AssemblyReport& assembly = facts.assembly;
-  Json json = {{"method", facts.method},     {"parameters", parameters}, {"storage", facts.storage},
+  Json json = {{"method", facts.method},     {"parameters", parameters}, {"storage", name(facts.storage)},
                {"nonzeros", facts.nonzeros}, {"bytes", facts.bytes},     {"rays", assembly.rays}};
   json.update(to_json(assembly.after));
   json["escaped_mean"] = assembly.escaped_mean;
@@ -141,14 +154,14 @@ Json to_json(const ErrorEstimate& error) {
           {"notes", error.notes}};
 }
 
-Json to_json(const Report::Accuracy& accuracy) {
+Json to_json(const AccuracyReport& accuracy) {
   Json rounds = Json::array();
-  for (const Report::Accuracy::Round& round : accuracy.rounds)
-    rounds.push_back({{"method", round.method},
-                      {"samples", round.samples},
+  for (const AccuracyRound& round : accuracy.rounds)
+    rounds.push_back({{"method", round.method->name},
+                      {"samples", round.options.samples},
                       {"patches", round.patches},
-                      {"patch_size_m", round.patch_size_m},
-                      {"error", to_json(round.error)},
+                      {"patch_size_m", round.patch_size},
+                      {"error", to_json(round.error.total)},
                       {"seconds", round.seconds}});
   return {{"goal", accuracy.goal}, {"reached", accuracy.reached}, {"rounds", rounds}};
 }

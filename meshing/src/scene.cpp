@@ -120,6 +120,12 @@ Scene Scene::with_two_sided(std::vector<std::uint8_t> two_sided) const {
   return Scene(std::move(arrays));
 }
 
+bool emits(const Scene& scene) {
+  for (Index f = 0; f < scene.face_count(); ++f)
+    if ((scene.materials()[static_cast<std::size_t>(scene.material(f))].emission > 0).any()) return true;
+  return false;
+}
+
 Scene with_setups(const Scene& scene, std::span<const LightingSetup> setups) {
   const auto bands = static_cast<Eigen::Index>(scene.bands());
   const auto count = static_cast<Eigen::Index>(setups.size());

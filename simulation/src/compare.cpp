@@ -14,6 +14,7 @@
 #include "radiosity/formfactors/estimate_seconds.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/simulation/error_estimate.hpp"
+#include "watch.hpp"
 
 namespace radiosity {
 namespace {
@@ -217,8 +218,7 @@ class Comparer {
   // F has no more entries than there are rays or patches, of 8 bytes each.
   bool fits_memory(const Mesh& mesh, Index entries) const {
     const double n = mesh.facts.patches;
-    return options_.memory_limit_bytes == 0 ||
-           8 * n * std::min<double>(n, entries) <= static_cast<double>(options_.memory_limit_bytes);
+    return 8 * n * std::min<double>(n, entries) <= static_cast<double>(memory_limit_);
   }
 
   ReferenceSolution finish(const Mesh& mesh, double start, std::string_view method,
@@ -236,7 +236,7 @@ class Comparer {
 
   std::optional<Solved> solve_until(const Mesh& mesh, const FormFactorMethodInfo& info,
                                     const FormFactorOptions& settings, double until) {
-    return solve_on(mesh, info, settings, 1e-10, options_.memory_limit_bytes, budget_,
+    return solve_on(mesh, info, settings, 1e-10, memory_limit_, budget_,
                     std::min(until, budget_.elapsed() + budget_.left()));
   }
 
@@ -512,7 +512,7 @@ class Comparer {
     }
     std::optional<Solved> solved;
     try {
-      solved = solve_on(mesh, info, run.settings, SolverOptions{}.tolerance, options_.memory_limit_bytes,
+      solved = solve_on(mesh, info, run.settings, SolverOptions{}.tolerance, memory_limit_,
                         budget_, budget_.elapsed() + left);
     } catch (const InputError& error) {  // more memory than allowed
       run.left_out = error.what();
@@ -547,6 +547,7 @@ class Comparer {
 
   Scene scene_;
   const CompareOptions& options_;
+  const std::size_t memory_limit_ = memory_limit(options_.memory_limit_bytes);
   Budget budget_;
   Comparison out_;
   std::vector<std::unique_ptr<Mesh>> meshes_;

@@ -188,8 +188,8 @@ Report full_report() {
   report.modelled->saved.visibility_tests = 3;
   report.form_factors.emplace();
   report.form_factors->method = "hemisphere";
-  report.form_factors->storage = "dense";
-  report.form_factors->parameters = {{"samples", 1024}};
+  report.form_factors->storage = FormFactorStorage::dense;
+  report.form_factors->options = {.samples = 1024};
   report.form_factors->nonzeros = 6;
   report.form_factors->assembly.rays = 99;
   report.form_factors->assembly.before.closure_error_max = 0.25;

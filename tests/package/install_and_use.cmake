@@ -2,7 +2,7 @@
 # against it. Nothing of it may refer to the source or the build folder of the toolkit.
 #   cmake -D SOURCE_DIR=... -D BINARY_DIR=... -D WORK_DIR=... -D COMPILER=... -D FLAGS=... -D GENERATOR=... -P
 set(prefix ${WORK_DIR}/prefix)
-set(consumer ${WORK_DIR}/furnace)
+set(consumer ${WORK_DIR}/cube)
 
 function(run)
   execute_process(COMMAND ${ARGN} COMMAND_ERROR_IS_FATAL ANY)
@@ -14,7 +14,7 @@ run(${CMAKE_COMMAND} --install ${BINARY_DIR} --prefix ${prefix})
 run(${CMAKE_COMMAND} -S ${consumer} -B ${consumer}/build -G ${GENERATOR} -D CMAKE_PREFIX_PATH=${prefix}
     -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_CXX_FLAGS=${FLAGS} -D CMAKE_EXPORT_COMPILE_COMMANDS=ON)
 run(${CMAKE_COMMAND} --build ${consumer}/build)
-execute_process(COMMAND ${consumer}/build/furnace WORKING_DIRECTORY ${consumer} COMMAND_ERROR_IS_FATAL ANY)
+execute_process(COMMAND ${consumer}/build/cube ${SOURCE_DIR}/scenes/cube.toml WORKING_DIRECTORY ${consumer} COMMAND_ERROR_IS_FATAL ANY)
 run(${prefix}/bin/radiosity --version)
 
 file(GLOB_RECURSE files ${prefix}/*.cmake ${prefix}/*.hpp)

@@ -1,38 +1,40 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A furnace: a closed cube whose walls all emit E and reflect ρ. Light bounces for ever and thins out as
-// 1 + ρ + ρ² + …, so B = E/(1 − ρ) on every patch.
-#include <array>
+// Solves the scene file of a cube whose ceiling shines, to 1 %, and holds the floor against its exact mean radiosity.
+#include <cmath>
 #include <cstdlib>
+#include <exception>
 #include <iostream>
 
-#include "radiosity/formfactors/assemble.hpp"
+#include "radiosity/io/image.hpp"
+#include "radiosity/io/read_scene.hpp"
 #include "radiosity/io/solution_file.hpp"
-#include "radiosity/meshing/make_patches.hpp"
-#include "radiosity/solver/solution.hpp"
+#include "radiosity/meshing/error.hpp"
+#include "radiosity/simulation/solve_scene.hpp"
 
-int main() {
+int main(int argc, char** argv) try {
   using namespace radiosity;
-  const double reflectance = 0.5, emission = 1.0;
+  if (argc != 2) throw Error("usage: cube cube.toml");
+  const LoadedScene loaded = read_scene(argv[1]);
+  SolveOptions options;
+  options.accuracy = 0.01;
+  const SolvedScene solved = solve_scene(loaded.scene, loaded.settings, options, loaded.setups);
+  const PatchMesh& mesh = solved.patches.mesh;
+  write_solution("cube.vtp", mesh, solved.solution,
+                 {"0.1.0", "cube", solved.form_factors.method, solved.solver, solved.converged()},
+                 automatic_exposure(mesh, solved.solution.radiosity));
 
-  Scene::Arrays cube;  // 1 m edges, fronts face inwards
-  cube.vertices = {{0, 0, 0}, {1, 0, 0}, {1, 0, 1}, {0, 0, 1}, {0, 1, 0}, {1, 1, 0}, {1, 1, 1}, {0, 1, 1}};
-  cube.materials = {{"wall", BandValues::Constant(1, reflectance), BandValues::Constant(1, emission)}};
-  const std::array<std::array<Index, 4>, 6> faces{
-      {{3, 2, 1, 0}, {4, 5, 6, 7}, {0, 1, 5, 4}, {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}}};
-  for (const auto& face : faces) cube.add_face(face, 0);
-
-  const Patches patches = make_patches(Scene(cube), PatchSize{0.25});
-  const Visibility visibility(patches.mesh);
-  const auto method = find_form_factor_method("analytic").make(visibility, {});
-  const FormFactorMatrix form_factors = assemble(*method, visibility);
-  const RadiositySystem system(form_factors, patches.mesh);
-  const Solution solution = solve(*find_solver("gauss-seidel").make(), system, patches.mesh);
-  write_solution("furnace.vtp", patches.mesh, solution, {"0.1.0", "furnace", "analytic", "gauss-seidel"},
-                 1.0);
-
-  const double expected = emission / (1 - reflectance);
-  const double error = (solution.radiosity - expected).abs().maxCoeff() / expected;
-  std::cout << patches.mesh.patch_count() << " patches, B = " << solution.radiosity.mean()
-            << " W/m², expected " << expected << ", largest relative error " << error << '\n';
-  return error < 1e-5 ? EXIT_SUCCESS : EXIT_FAILURE;
+  double power = 0, area = 0;
+  for (Index i = 0; i < mesh.patch_count(); ++i)
+    if (mesh.material_of(i).name == "floor") {
+      power += mesh.area(i) * solved.solution.radiosity(i, 0);
+      area += mesh.area(i);
+    }
+  const double exact = 0.17121605, error = std::abs(power / area / exact - 1);
+  std::cout << mesh.patch_count() << " patches by " << solved.form_factors.method << ": floor "
+            << power / area << " W/m², off by " << 100 * error << " %, estimated "
+            << 100 * solved.error->known << " %\n";
+  return error < 0.01 && solved.accuracy->reached ? EXIT_SUCCESS : EXIT_FAILURE;
+} catch (const std::exception& error) {
+  std::cerr << error.what() << '\n';
+  return EXIT_FAILURE;
 }

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "radiosity/io/camera.hpp"
+#include "radiosity/meshing/camera.hpp"
 #include "radiosity/simulation/compare.hpp"
 
 namespace radiosity {

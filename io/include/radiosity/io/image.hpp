@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "radiosity/io/camera.hpp"
+#include "radiosity/meshing/camera.hpp"
 #include "radiosity/meshing/patch_mesh.hpp"
 
 namespace radiosity {

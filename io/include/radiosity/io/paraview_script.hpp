@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "radiosity/io/camera.hpp"
+#include "radiosity/meshing/camera.hpp"
 
 namespace radiosity {
 

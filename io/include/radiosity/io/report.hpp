@@ -8,9 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "radiosity/formfactors/assemble.hpp"
 #include "radiosity/meshing/make_patches.hpp"
-#include "radiosity/simulation/error_estimate.hpp"
+#include "radiosity/simulation/solve_scene.hpp"
 #include "radiosity/solver/solution.hpp"
 
 namespace radiosity {
@@ -37,29 +36,7 @@ struct Report {
   };
   std::optional<SceneFacts> scene;
 
-  /// What the scene did not need, and why: a sentence each.
-  struct Modelled {
-    Index bands = 0;
-    bool occlusion = true;
-    std::vector<std::string> left_out;
-    /// Counted, not timed; absent where the run does not tell.
-    struct Saved {
-      /// Columns of B that F was not multiplied with: bands left out × iterations.
-      std::optional<std::uint64_t> band_products;
-      std::optional<std::uint64_t> radiosity_bytes;  ///< of B: 8 × patches × bands left out
-      std::optional<std::uint64_t>
-          visibility_tests;                       ///< pairs not asked whether anything stands between them
-      std::optional<std::uint64_t> pairs_behind;  ///< pairs without a factor to compute, as they face away
-    } saved;
-  };
   std::optional<Modelled> modelled;
-
-  struct FormFactorFacts {
-    std::string method, storage;  ///< storage: dense | sparse | rows
-    std::vector<std::pair<std::string, double>> parameters;
-    std::size_t nonzeros = 0, bytes = 0;
-    AssemblyReport assembly;
-  };
   std::optional<FormFactorFacts> form_factors;
 
   struct SolverFacts {
@@ -71,20 +48,7 @@ struct Report {
   std::optional<EnergyBalance> energy;
   std::vector<std::pair<std::string, EnergyBalance>> setups;
   std::optional<ErrorEstimate> error;
-
-  /// How an accuracy that was asked for was reached, or was not.
-  struct Accuracy {
-    double goal = 0;  ///< relative, as the total of `error`
-    bool reached = false;
-    struct Round {
-      std::string method;
-      Index samples = 0, patches = 0;
-      double patch_size_m = 0, seconds = 0;
-      std::optional<double> error;  ///< absent where a part of it is not known
-    };
-    std::vector<Round> rounds;
-  };
-  std::optional<Accuracy> accuracy;
+  std::optional<AccuracyReport> accuracy;
 
   /// Irradiance at sensors, per band: mean over them, and root mean square of their standard errors, W/m².
   struct Probe {

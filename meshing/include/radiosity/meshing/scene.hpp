@@ -73,6 +73,9 @@ struct LightingSetup {
   std::vector<double> factors;
 };
 
+/// The material of a face emits.
+bool emits(const Scene& scene);
+
 /// The bands of the scene, followed by as many for each set-up: geometry and reflectances are the same, so all of them share F and
 /// each pass over it. Throws InputError on a number of factors that is not that of the materials, or a factor that is negative or not
 /// finite.

@@ -19,7 +19,7 @@ namespace radiosity {
 struct CompareOptions {
   double budget_s = 120;  ///< bounds the whole comparison
   std::uint64_t seed = 1;
-  std::size_t memory_limit_bytes = 0;  ///< of each F; 0: none
+  std::size_t memory_limit_bytes = 0;  ///< of each F; 0: the memory of this machine
   Progress progress = {};
   std::function<void(const Patches&)> meshed =
       {};  ///< told of the user's patches before anything is compared

@@ -101,6 +101,8 @@ struct SolverInfo {
   std::unique_ptr<Solver> (*make)();
 };
 
+inline constexpr std::string_view kDefaultSolver = "conjugate-gradient";
+
 std::span<const SolverInfo> solvers();
 
 /// Throws InputError that lists the names there are.

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "radiosity/meshing/camera.hpp"
+#include "radiosity/meshing/make_patches.hpp"
+
+namespace radiosity {
+
+/// What a scene file may set beside the scene itself. Absent: the default of the part concerned.
+struct SceneSettings {
+  std::optional<PatchOptions> patches = {};
+  std::optional<std::string> method = {};
+  std::optional<Index> samples = {}, resolution = {};
+  std::optional<std::uint64_t> seed = {};
+  std::optional<std::string> solver = {};
+  std::optional<double> tolerance = {};
+  std::optional<Index> max_iterations = {};
+  std::optional<double> relaxation = {};
+  std::optional<bool> ambient = {};
+  std::optional<Camera> camera = {};
+};
+
+}  // namespace radiosity

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <span>
+#include <string_view>
+
+#include "radiosity/simulation/solve_scene.hpp"
+#include "watch.hpp"
+
+namespace radiosity {
+
+/// A scene and how it is to be solved.
+struct SceneToSolve {
+  const Scene& scene;
+  const SolveOptions& options;
+  std::span<const LightingSetup> setups;
+  Watch& watch;
+};
+
+/// With the settings as they are; `where_few` as in choose_method.
+SolvedScene solve_once(const SceneToSolve& task, const SceneSettings& settings, std::string_view where_few);
+
+/// In rounds, to options.accuracy.
+SolvedScene solve_to_accuracy(const SceneToSolve& task, const SceneSettings& settings);
+
+}  // namespace radiosity

@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "radiosity/simulation/solve_scene.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "radiosity/formfactors/sides.hpp"
+#include "radiosity/formfactors/visibility.hpp"
+#include "radiosity/meshing/error.hpp"
+#include "solve_once.hpp"
+
+namespace radiosity {
+namespace {
+
+AssemblyOptions assembly_options(const SceneToSolve& task, SolveStage stage) {
+  AssemblyOptions assembly;
+  assembly.close = task.options.close;
+  assembly.memory_limit_bytes = memory_limit(task.options.memory_limit_bytes);
+  assembly.progress = task.watch.of(stage);
+  return assembly;
+}
+
+/// Patches, their visibility, and the method that is to compute their form factors.
+class Prepared {
+ public:
+  Prepared(const SceneToSolve& task, const Scene& scene, const SceneSettings& settings,
+           std::string_view where_few, Modelled modelled, Index bands)
+      : task_(task),
+        out_{make_patches(scene, settings.patches.value_or(PatchOptions{})), bands, std::move(modelled)} {
+    ended(SolveStage::patches, out_.patches.warnings);
+    visibility_.emplace(out_.patches.mesh);
+    chosen_ = choose_method(*visibility_, settings, where_few);
+    const SeenSides seen = seen_sides(*visibility_);
+    look_outwards_ = seen.look_outwards;
+    out_.seconds.mesh = watch_.lap();
+    FormFactorFacts& facts = out_.form_factors;
+    facts.method = chosen_.info->name;
+    facts.why = chosen_.why;
+    facts.options = chosen_.method->options();
+    facts.reciprocal = chosen_.method->reciprocal();
+    facts.exact = chosen_.method->exact();
+    out_.modelled.occlusion = !visibility_->convex();
+    if (visibility_->convex())
+      out_.modelled.left_out.emplace_back("occlusion: no patch can stand between two others, the room is convex");
+    ended(SolveStage::method, side_warnings(seen, out_.patches.mesh));
+  }
+
+  FormFactorMatrix form_factors() {
+    watch_.lap();
+    FormFactorFacts& facts = out_.form_factors;
+    FormFactorMatrix matrix = assemble(*chosen_.method, *visibility_,
+                                       assembly_options(task_, SolveStage::form_factors), &facts.assembly);
+    out_.seconds.form_factors = watch_.lap();
+    facts.storage = matrix.sparse() ? FormFactorStorage::sparse : FormFactorStorage::dense;
+    facts.nonzeros = matrix.nonzeros();
+    facts.bytes = matrix.bytes();
+    const AssemblyReport& assembly = facts.assembly;
+    Modelled::Saved& saved = out_.modelled.saved;
+    const PairCounts& pairs = assembly.pairs;
+    if (assembly.completed && pairs.behind + pairs.hidden + pairs.free + pairs.partial + pairs.by_rays > 0) {
+      saved.pairs_behind = pairs.behind;
+      if (!out_.modelled.occlusion) saved.visibility_tests = pairs.free;
+    }
+    std::vector<std::string> warnings;
+    const Index n = out_.patches.mesh.patch_count();
+    if (assembly.completed && assembly.blind_patches > 0 && !look_outwards_)
+      warnings.push_back(fmt::format("{} of {} {} see no other patch: they keep their own emission",
+                                     assembly.blind_patches, n, n == 1 ? "patch" : "patches"));
+    if (assembly.completed)
+      warnings.insert(warnings.end(), assembly.warnings.begin(), assembly.warnings.end());
+    ended(SolveStage::form_factors, warnings);
+    return matrix;
+  }
+
+  void ended(SolveStage stage, const std::vector<std::string>& warnings = {}) {
+    out_.warnings.insert(out_.warnings.end(), warnings.begin(), warnings.end());
+    if (task_.options.ended) task_.options.ended(stage, out_);
+  }
+
+  const SceneToSolve& task() const { return task_; }
+  SolvedScene& out() { return out_; }
+  const Visibility& visibility() const { return *visibility_; }
+  const ChosenMethod& chosen() const { return chosen_; }
+
+ private:
+  const SceneToSolve& task_;
+  Stopwatch watch_;
+  SolvedScene out_;
+  std::optional<Visibility> visibility_;
+  ChosenMethod chosen_;
+  bool look_outwards_ = false;
+};
+
+Solution nothing_exchanged(const PatchMesh& mesh, const RadiositySystem& system) {
+  Solution solution;
+  solution.radiosity = system.emission();
+  solution.irradiance = BandArray::Zero(system.size(), system.bands());
+  solution.vertex_radiosity = vertex_values(mesh, solution.radiosity);
+  solution.report.status = SolveStatus::stopped;
+  solution.report.residual = 1;  // all that was emitted may be unaccounted for
+  solution.report.history = {1};
+  solution.report.message = "interrupted while computing form factors: nothing was exchanged yet, B = E";
+  return solution;
+}
+
+// How far a solve has come, on the logarithmic scale on which residuals fall evenly.
+double solved_fraction(double residual, double tolerance) {
+  if (!(residual > 0) || tolerance >= 1) return 1;
+  return std::clamp(std::log(residual) / std::log(tolerance), 0.0, 1.0);
+}
+
+SolverOptions solver_options(const SceneSettings& settings, const SolverInfo& info) {
+  SolverOptions options;
+  options.tolerance = settings.tolerance.value_or(options.tolerance);
+  options.max_iterations = settings.max_iterations.value_or(0);
+  options.relaxation = settings.relaxation.value_or(1);
+  options.ambient = settings.ambient.value_or(false);
+  if (options.relaxation != 1 && !info.make()->relaxes())
+    throw InputError(fmt::format("relaxation {} has no effect with solver {}; it belongs to gauss-seidel",
+                                 options.relaxation, info.name));
+  if (options.ambient && info.needs_stored_rows)
+    throw InputError(fmt::format("ambient has no effect with solver {}; it belongs to shooting", info.name));
+  return options;
+}
+
+const SolverInfo& chosen_solver(const SceneSettings& settings) {
+  return find_solver(settings.solver ? *settings.solver : kDefaultSolver);
+}
+
+Scene with_decided_sides(const Scene& scene) {
+  const auto open = [](const Material& material) { return material.sides == Sides::automatic; };
+  const std::span<const Material> materials = scene.materials();
+  return std::any_of(materials.begin(), materials.end(), open) ? decide_sides(scene).scene : scene;
+}
+
+}  // namespace
+
+std::size_t memory_limit(std::size_t asked) {
+  if (asked > 0) return asked;
+  return static_cast<std::size_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+}
+
+PatchMesh SolvedScene::mesh_of_setup(Index k) const {
+  return patches.mesh.with_materials(select_bands(patches.mesh.materials(), k * bands, bands));
+}
+
+Solution SolvedScene::solution_of_setup(Index k) const {
+  return select_bands(solution, k * bands, bands);
+}
+
+std::optional<BandArray> SolvedScene::error_of_setup(Index k) const {
+  if (!error || !error->total) return std::nullopt;
+  return error->per_patch.middleCols(k * bands, bands);
+}
+
+SolvedScene solve_once(const SceneToSolve& task, const SceneSettings& settings, std::string_view where_few) {
+  const SolverInfo& info = chosen_solver(settings);
+  SolverOptions options = solver_options(settings, info);
+  if (!emits(task.scene)) throw InputError("nothing in the scene emits light, so every radiosity is 0");
+  const Scene grey = merge_equal_bands(task.scene);
+  Modelled modelled;
+  modelled.bands = grey.bands();
+  const Index bands_left_out = task.scene.bands() - grey.bands();
+  if (bands_left_out > 0)
+    modelled.left_out.push_back(
+        fmt::format("bands: all {} are equal in every material, so one was solved", task.scene.bands()));
+
+  const Scene scene = with_setups(grey, task.setups);
+  Prepared prepared(task, scene, settings, where_few, std::move(modelled), grey.bands());
+  SolvedScene& out = prepared.out();
+  const PatchMesh& mesh = out.patches.mesh;
+  AssemblyReport& assembly = out.form_factors.assembly;
+  out.solver = info.name;
+  out.solver_options = options;
+
+  // Closing rows needs all of them, so a request to leave them open stores them too.
+  const bool stored = info.needs_stored_rows || !task.options.close;
+  std::unique_ptr<FormFactors> form_factors;
+  if (stored) {
+    form_factors = std::make_unique<FormFactorMatrix>(prepared.form_factors());
+  } else {
+    out.form_factors.storage = FormFactorStorage::rows;
+    form_factors = std::make_unique<RowsOnDemand>(*prepared.chosen().method, prepared.visibility());
+    prepared.ended(SolveStage::form_factors);
+  }
+
+  Stopwatch watch;
+  const std::unique_ptr<Solver> solver = info.make();
+  {
+    const RadiositySystem system(*form_factors, mesh);
+    if (task.options.step)
+      options.step = [&](Index iteration, double, const BandArray& radiosity) {
+        task.options.step(iteration, radiosity);
+        return true;
+      };
+    const Progress progress = task.watch.of(SolveStage::solve);
+    options.progress = [&, done = 0.0](Index, double residual) mutable {  // residuals may rise
+      done = std::max(done, solved_fraction(residual, options.tolerance));
+      return progress(done);
+    };
+    out.solution = assembly.completed ? solve(*solver, system, mesh, options) : nothing_exchanged(mesh, system);
+  }
+  out.seconds.solve = watch.lap();
+  if (!stored) assembly.rays = prepared.chosen().method->rays();
+  if (bands_left_out > 0) {
+    const auto bands =
+        static_cast<std::uint64_t>(bands_left_out) * static_cast<std::uint64_t>(1 + task.setups.size());
+    Modelled::Saved& saved = out.modelled.saved;
+    saved.radiosity_bytes = sizeof(double) * bands * static_cast<std::uint64_t>(mesh.patch_count());
+    if (info.needs_stored_rows)  // a shot reads a row, not F
+      saved.band_products = bands * static_cast<std::uint64_t>(out.solution.report.iterations);
+  }
+  prepared.ended(SolveStage::solve);
+
+  if (task.options.estimate_error && stored && assembly.completed && out.converged()) {
+    form_factors.reset();  // the estimate needs the memory
+    watch.lap();
+    out.error = estimate_error({scene, out.patches, prepared.visibility(), *prepared.chosen().info,
+                                prepared.chosen().options, assembly_options(task, SolveStage::error), *solver,
+                                out.solver_options, out.solution, assembly.lamps, assembly.unrestored(),
+                                assembly.unreliable, assembly.pair_rows});
+    out.seconds.error = watch.lap();
+    prepared.ended(SolveStage::error);
+  }
+  assembly.pair_rows.reset();
+  return std::move(out);
+}
+
+SolvedScene solve_scene(const Scene& scene, const SceneSettings& settings, const SolveOptions& options,
+                        std::span<const LightingSetup> setups) {
+  Watch watch(options);
+  const Scene decided = with_decided_sides(scene);
+  const SceneToSolve task{decided, options, setups, watch};
+  if (!options.accuracy) return solve_once(task, settings, "analytic");
+  const SolverInfo& solver = chosen_solver(settings);
+  if (!solver.needs_stored_rows)
+    throw InputError(fmt::format(
+        "an accuracy needs an error estimate, and so form factors that are stored; {} does not store them",
+        solver.name));
+  return solve_to_accuracy(task, settings);
+}
+
+SceneFormFactors scene_form_factors(const Scene& scene, const SceneSettings& settings,
+                                    const SolveOptions& options) {
+  Watch watch(options);
+  const Scene decided = with_decided_sides(scene);
+  const SceneToSolve task{decided, options, {}, watch};
+  Prepared prepared(task, decided, settings, "analytic", {decided.bands()}, decided.bands());
+  FormFactorMatrix matrix = prepared.form_factors();
+  prepared.out().form_factors.assembly.pair_rows.reset();
+  return {std::move(prepared.out()), std::move(matrix)};
+}
+
+}  // namespace radiosity

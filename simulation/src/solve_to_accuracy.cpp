@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <optional>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "radiosity/meshing/error.hpp"
+#include "solve_once.hpp"
+
+namespace radiosity {
+namespace {
+
+constexpr Index kPilotPatches = 600;  // seconds at most, whatever the method
+
+// Methods that are tried, too, where the plan costs that much without them.
+struct OtherPilot {
+  std::string_view method;
+  double dear_s;
+};
+constexpr std::array kOtherPilots{OtherPilot{"hemisphere", 0.5}, OtherPilot{"analytic", 10}};
+constexpr Index kManyPatches = 10 * kPilotPatches;  // beyond which no pilot is a small solve
+constexpr int kMostRounds = 8;
+constexpr double kMostPatches = std::numeric_limits<Index>::max();
+constexpr double kMemoryInUse = 0.8;  // of the limit: a mesh may have more patches than its size lets expect
+
+// A round is solved without a word: it is told as a whole.
+SolveOptions options_of_rounds(SolveOptions options) {
+  options.ended = {};
+  options.step = {};
+  options.estimate_error = true;
+  return options;
+}
+
+class Rounds {
+ public:
+  Rounds(const SceneToSolve& task, const SceneSettings& settings)
+      : options_(task.options),
+        round_options_(options_of_rounds(task.options)),
+        task_{task.scene, round_options_, task.setups, task.watch},
+        settings_(settings) {
+    report_.goal = *options_.accuracy;
+  }
+
+  SolvedScene run() {
+    pilots();
+    while (!reached() && report_.rounds.size() < kMostRounds && !task_.watch.stopped()) {
+      const auto plan = plan_accuracy(report_.rounds, limits());
+      if (!plan) break;
+      if (options_.round_planned) options_.round_planned(*plan);
+      const std::size_t before = report_.rounds.size();
+      SceneSettings next = settings_;
+      next.method = std::string(plan->method->name);
+      next.samples = plan->options.samples;
+      if (plan->options.resolution > 0) next.resolution = plan->options.resolution;
+      if (plan->patch_size > 0)
+        next.patches = PatchSize{plan->patch_size};
+      else
+        next.patches = AutoPatches{static_cast<Index>(std::min(plan->patches, kMostPatches))};
+      next.tolerance = plan->tolerance;
+      solve(next);
+      if (report_.rounds.size() == before) break;  // stopped, or the faces made more patches than expected
+    }
+    report_.reached = reached();
+    if (!report_.reached)
+      report_.why_not = task_.watch.stopped()                   ? "the work was stopped or its time was up"
+                        : best_->error && !best_->error->total ? "a part of the error is unknown"
+                        : options_.seconds < std::numeric_limits<double>::infinity() ||
+                                options_.memory_limit_bytes > 0
+                            ? "time or memory do not allow more"
+                            : "finer meshes and more samples did not bring the estimate down far enough";
+    best_->accuracy = std::move(report_);
+    return std::move(*best_);
+  }
+
+ private:
+  void pilots() {
+    SceneSettings first = settings_;
+    first.tolerance = 0.02 * report_.goal;
+    if (settings_.method && *settings_.method != kAutoMethod) {
+      pilot(first);
+      return;
+    }
+    // Pairs where they are closed forms, rays where faces are many, else hemicubes of four viewpoints and 32 cells: the cheapest of
+    // docs/trade.md without the error of a single viewpoint.
+    first.method.reset();
+    first.samples.reset();  // those of a scene file are of no certain method
+    first.resolution = 32;
+    pilot(first);
+    // Nothing that samples comes near exact pairs; what costs n² is no pilot where faces are many, unless rays do not tell what
+    // they are wrong by.
+    const bool rays = best_->form_factors.method == "hemisphere";
+    const bool known = best_->error && best_->error->form_factors;
+    if (best_->form_factors.exact || (rays && known) || best_->patches.mesh.patch_count() > kManyPatches)
+      return;
+    first.resolution.reset();
+    for (const OtherPilot& other : kOtherPilots) {
+      if (task_.watch.stopped() || reached()) return;
+      if (rays && other.method == "hemisphere") continue;
+      const auto plan = plan_accuracy(report_.rounds, limits());
+      if (plan && plan->seconds < other.dear_s) return;
+      first.method = other.method;
+      pilot(first);
+    }
+  }
+
+  // Faces that are many leave no coarser mesh to compare a coarse one with.
+  void pilot(SceneSettings settings) {
+    for (Index target = kPilotPatches;;) {
+      settings.patches = AutoPatches{target};
+      const std::size_t before = report_.rounds.size();
+      solve(settings);
+      if (task_.watch.stopped() || report_.rounds.size() == before || report_.rounds.back().error.patches)
+        return;
+      target = std::max(target, report_.rounds.back().patches);
+      if (target > kManyPatches) return;
+      target *= 4;
+    }
+  }
+
+  // One round; it counts when it came to an end. Without memory for it, what there is has to do.
+  void solve(const SceneSettings& settings) try {
+    const Stopwatch watch;
+    SolvedScene solved = solve_once(task_, settings, "hemicube");
+    if (solved.error) {
+      const FormFactorFacts& facts = solved.form_factors;
+      AccuracyRound& round = report_.rounds.emplace_back();
+      round.method = &find_form_factor_method(facts.method);
+      round.options = facts.options;
+      round.exact = facts.exact;
+      round.reciprocal = facts.reciprocal;
+      round.patch_size = solved.patches.patch_size;
+      round.patches = solved.patches.mesh.patch_count();
+      round.seconds = watch.elapsed();
+      round.error = *solved.error;
+      if (options_.round_ended) options_.round_ended(round);
+    }
+    const bool better =
+        !best_ || (solved.error && (!best_->error || worth(*solved.error) < worth(*best_->error)));
+    if (better) best_.emplace(std::move(solved));
+  } catch (const MemoryLimitError&) {
+    if (!best_) throw;
+  }
+
+  // An error of which a part is not known is worse than any that is.
+  static std::pair<bool, double> worth(const ErrorEstimate& error) { return {!error.total, error.known}; }
+
+  bool reached() const {
+    return best_ && best_->error && worth(*best_->error) <= std::pair{false, report_.goal};
+  }
+
+  AccuracyGoal limits() const {
+    AccuracyGoal goal;
+    goal.error = report_.goal;
+    goal.seconds = task_.watch.left();
+    const auto most = static_cast<double>(memory_limit(options_.memory_limit_bytes));
+    goal.bytes = std::max<std::size_t>(1, static_cast<std::size_t>(kMemoryInUse * most));
+    return goal;
+  }
+
+  const SolveOptions& options_;
+  const SolveOptions round_options_;
+  const SceneToSolve task_;
+  const SceneSettings& settings_;
+  AccuracyReport report_;
+  std::optional<SolvedScene> best_;
+};
+
+}  // namespace
+
+SolvedScene solve_to_accuracy(const SceneToSolve& task, const SceneSettings& settings) {
+  return Rounds(task, settings).run();
+}
+
+}  // namespace radiosity
