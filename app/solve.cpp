@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "commands.hpp"
-#include "radiosity/io/image.hpp"
 #include "radiosity/io/paraview_script.hpp"
 #include "radiosity/io/solution_file.hpp"
+#include "radiosity/rendering/render.hpp"
 #include "stages.hpp"
 
 namespace radiosity::app {

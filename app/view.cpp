@@ -6,7 +6,7 @@
 
 #include "commands.hpp"
 #include "radiosity/formfactors/visibility.hpp"
-#include "radiosity/io/image.hpp"
+#include "radiosity/io/png.hpp"
 #include "radiosity/io/solution_file.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "stages.hpp"

@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/meshing/tolerances.hpp"
@@ -156,6 +157,8 @@ FormFactorMatrix::FormFactorMatrix(Rows rows) : rows_(std::move(rows)) {
                     rows_.escaped.size(), rows_.n));
   }
   require_rows();
+  if (rows_.values.size() <= static_cast<std::size_t>(std::numeric_limits<Index>::max()))
+    outer_.assign(rows_.start.begin(), rows_.start.end());
 }
 
 void FormFactorMatrix::require_rows() const {
@@ -208,6 +211,23 @@ std::size_t FormFactorMatrix::bytes() const {
   return rows_.start.size() * sizeof(std::size_t) + rows_.columns.size() * sizeof(Index) +
          rows_.values.size() * sizeof(float) +
          (rows_.diagonal.size() + rows_.escaped.size()) * sizeof(double);
+}
+
+FormFactorMatrix::SparseMap FormFactorMatrix::as_sparse() const {
+  if (outer_.empty())
+    throw InputError(fmt::format("form factor matrix: {}, so there is no sparse matrix of Eigen's of it",
+                                 sparse() ? "it has more entries than an index counts" : "it is dense"));
+  return {rows_.n, rows_.n, outer_.back(), outer_.data(), rows_.columns.data(), rows_.values.data()};
+}
+
+FormFactorMatrix::DenseMap FormFactorMatrix::as_dense() const {
+  if (sparse()) throw InputError("form factor matrix: it is sparse, so there is no dense matrix of it");
+  return {rows_.values.data(), rows_.n, rows_.n};
+}
+
+Eigen::ArrayXd FormFactorMatrix::diagonal() const {
+  if (rows_.diagonal.empty()) return Eigen::ArrayXd::Zero(rows_.n);
+  return Eigen::Map<const Eigen::ArrayXd>(rows_.diagonal.data(), rows_.n);
 }
 
 double FormFactorMatrix::operator()(Index i, Index j) const {

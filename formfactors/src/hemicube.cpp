@@ -104,7 +104,7 @@ item_buffer::Items ItemArrays::items() const {
 /// classical hemicube over the centre.
 class Hemicube final : public FormFactorMethod {
  public:
-  Hemicube(const Visibility& visibility, const FormFactorOptions& options);
+  Hemicube(const Visibility& visibility, const FormFactorOptions& options, const item_buffer::Kernel& kernel);
 
   void rows(Index first, Index last, bool upper, const Sink& sink) const override;
   bool reciprocal() const override { return false; }
@@ -120,6 +120,7 @@ class Hemicube final : public FormFactorMethod {
 
  private:
   const Visibility& visibility_;
+  const item_buffer::Kernel& kernel_;
   std::uint64_t seed_;
   int resolution_;
   Index points_;
@@ -131,8 +132,10 @@ class Hemicube final : public FormFactorMethod {
   std::vector<float> delta_;  // ΔF per cell as the item buffer stores them; 0 beyond a face's borders
 };
 
-Hemicube::Hemicube(const Visibility& visibility, const FormFactorOptions& options)
+Hemicube::Hemicube(const Visibility& visibility, const FormFactorOptions& options,
+                   const item_buffer::Kernel& kernel)
     : visibility_(visibility),
+      kernel_(kernel),
       seed_(options.seed),
       resolution_(options.resolution + options.resolution % 2),  // side faces are half as high
       points_(options.samples),
@@ -228,8 +231,8 @@ void Hemicube::rows(Index first, Index last, bool, const Sink& sink) const {
           {across.x(), across.y(), across.z(), up.x(), up.y(), up.z(), n.x(), n.y(), n.z()},
           own,
           visibility_.facets()[own].back};
-      item_buffer::draw(items, view, faces_.data(), resolution_, cells_, buffers);
-      item_buffer::add_shares(item.data(), delta_.data(), cells_, point.weight, sums.data());
+      kernel_.draw(items, view, faces_.data(), resolution_, cells_, buffers);
+      kernel_.add_shares(item.data(), delta_.data(), cells_, point.weight, sums.data());
     }
     columns.clear();
     values.clear();
@@ -254,7 +257,13 @@ void Hemicube::rows(Index first, Index last, bool, const Sink& sink) const {
 
 std::unique_ptr<FormFactorMethod> make_hemicube(const Visibility& visibility,
                                                 const FormFactorOptions& options) {
-  return std::make_unique<Hemicube>(visibility, options);
+  return make_hemicube(visibility, options, item_buffer::kernels().back());
+}
+
+std::unique_ptr<FormFactorMethod> make_hemicube(const Visibility& visibility,
+                                                const FormFactorOptions& options,
+                                                const item_buffer::Kernel& kernel) {
+  return std::make_unique<Hemicube>(visibility, options, kernel);
 }
 
 }  // namespace radiosity

@@ -346,8 +346,6 @@ void draw_face(const Items& items, const Face& face, int resolution, const std::
   }
 }
 
-}  // namespace
-
 void draw(const Items& items, const View& view, const Face* faces, int resolution, std::size_t cells,
           const Buffers& buffers) {
   to_local(items, view, buffers);
@@ -372,5 +370,9 @@ void add_shares(const std::int32_t* item, const float* share, std::size_t cells,
       sums[4 * static_cast<std::size_t>(item[c + k]) + k] += weight * static_cast<double>(share[c + k]);
   }
 }
+
+}  // namespace
+
+extern const Kernel RADIOSITY_KERNEL{RADIOSITY_LEVEL, draw, add_shares};
 
 }  // namespace radiosity::item_buffer

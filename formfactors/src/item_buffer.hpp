@@ -3,9 +3,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
+#include <string_view>
 
-/// What the vectorised part of the hemicube works on: plain arrays and nothing else. item_buffer.cpp is built for the machine
-/// at hand; an inline function or a template shared with other sources could be linked from there into all of them.
+/// What the vectorised part of the hemicube works on: plain arrays and nothing else. item_buffer.cpp is built several times, for
+/// processors of several levels; an inline function or a template shared with other sources could be linked from there into all of them.
 namespace radiosity::item_buffer {
 
 /// Vertices and items are handled so many at a time; arrays are padded to multiples of it.
@@ -56,12 +58,21 @@ struct Buffers {
   float* nearness;      // of cells
 };
 
-/// Fills buffers.item for the five faces.
-void draw(const Items& items, const View& view, const Face* faces, int resolution, std::size_t cells,
-          const Buffers& buffers);
+/// The code for one level of processors. All of them give the same bits.
+struct Kernel {
+  std::string_view level;
 
-/// sums[4·item + k] += weight · share over all cells, k a number that neighbouring cells do not share: additions to one
-/// place would wait for each other.
-void add_shares(const std::int32_t* item, const float* share, std::size_t cells, double weight, double* sums);
+  /// Fills buffers.item for the five faces.
+  void (*draw)(const Items& items, const View& view, const Face* faces, int resolution, std::size_t cells,
+               const Buffers& buffers);
+
+  /// sums[4·item + k] += weight · share over all cells, k a number that neighbouring cells do not share: additions to one
+  /// place would wait for each other.
+  void (*add_shares)(const std::int32_t* item, const float* share, std::size_t cells, double weight,
+                     double* sums);
+};
+
+/// Those that this processor can run, the fastest last.
+std::span<const Kernel> kernels();
 
 }  // namespace radiosity::item_buffer

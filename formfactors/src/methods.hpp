@@ -7,8 +7,14 @@
 
 namespace radiosity {
 
+namespace item_buffer {
+struct Kernel;
+}
+
 std::unique_ptr<FormFactorMethod> make_analytic(const Visibility&, const FormFactorOptions&);
 std::unique_ptr<FormFactorMethod> make_hemisphere(const Visibility&, const FormFactorOptions&);
 std::unique_ptr<FormFactorMethod> make_hemicube(const Visibility&, const FormFactorOptions&);
+std::unique_ptr<FormFactorMethod> make_hemicube(const Visibility&, const FormFactorOptions&,
+                                                const item_buffer::Kernel&);
 
 }  // namespace radiosity

@@ -12,14 +12,14 @@
 
 #include "gnuplot.hpp"
 #include "radiosity/formfactors/visibility.hpp"
-#include "radiosity/io/image.hpp"
+#include "radiosity/io/png.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/solver/solution.hpp"
 
 namespace radiosity {
 namespace {
 
-using Rgb = std::array<std::uint8_t, 3>;
+using Rgb = Rgb8;
 
 /// Colours that the colour-blind can tell apart [Okabe and Ito].
 constexpr std::array<const char*, 7> kColours{"#0072B2", "#D55E00", "#009E73", "#CC79A7",

@@ -26,9 +26,9 @@
 
 #include "child_process.hpp"
 #include "mesh_file.hpp"
-#include "radiosity/io/image.hpp"
 #include "radiosity/io/output.hpp"
 #include "radiosity/meshing/error.hpp"
+#include "radiosity/rendering/tone_map.hpp"
 #include "vtk_support.hpp"
 
 namespace radiosity {

@@ -112,17 +112,39 @@ RadiositySystem RadiositySystem::with_bands(BandArray reflectance, BandArray emi
   other.reflectance_ = std::move(reflectance);
   other.emission_ = std::move(emission);
   other.absorptance_ = std::move(absorptance);
+  other.external_irradiance_ = {};
   other.validate();
   return other;
+}
+
+RadiositySystem RadiositySystem::with_external_irradiance(BandArray irradiance) const {
+  if (irradiance.rows() != size() || irradiance.cols() != bands())
+    throw InputError(fmt::format("external irradiance: {} × {} values for {} patches and {} bands",
+                                 irradiance.rows(), irradiance.cols(), size(), bands()));
+  for (Index i = 0; i < size(); ++i)
+    for (Index b = 0; b < bands(); ++b)
+      if (!(irradiance(i, b) >= 0 && std::isfinite(irradiance(i, b))))
+        throw InputError(
+            fmt::format("patch {}, band {}: external irradiance {} W/m² is negative or not finite", i, b,
+                        irradiance(i, b)));
+  RadiositySystem other = *this;
+  other.external_irradiance_ = std::move(irradiance);
+  return other;
+}
+
+BandArray RadiositySystem::source() const {
+  if (external_irradiance_.size() == 0) return emission_;
+  return emission_ + reflectance_ * external_irradiance_;
 }
 
 BandArray RadiositySystem::irradiance(const BandArray& radiosity) const {
   BandArray h;
   if (form_factors_->stored()) {
     form_factors_->multiply(radiosity, h);
+    if (external_irradiance_.size() > 0) h += external_irradiance_;
     return h;
   }
-  // Rows are dear: B = E + ρH gives H wherever something reflects, and only black patches gather.
+  // Rows are expensive: B = E + ρH gives H wherever something reflects, and only black patches gather.
   h.resize(radiosity.rows(), radiosity.cols());
   tbb::parallel_for(tbb::blocked_range<Index>(0, size()), [&](const tbb::blocked_range<Index>& block) {
     RowBuffer buffer;
@@ -133,6 +155,7 @@ BandArray RadiositySystem::irradiance(const BandArray& radiosity) const {
       }
       const FormFactorRow row = form_factors_->row(i, buffer);
       h.row(i) = row.diagonal * radiosity.row(i);
+      if (external_irradiance_.size() > 0) h.row(i) += external_irradiance_.row(i);
       for_each_entry(row, [&](Index j, float f) { h.row(i) += static_cast<double>(f) * radiosity.row(j); });
     }
   });

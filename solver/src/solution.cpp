@@ -20,15 +20,18 @@ EnergyBalance energy_balance(const RadiositySystem& system, const BandArray& rad
   energy.emitted_w = power(system.emission());
   energy.absorbed_w = power(system.absorptance() * irradiance);
   energy.escaped_w = power(radiosity.colwise() * escaped);
-  for (const BandValues* power_w : {&energy.emitted_w, &energy.absorbed_w, &energy.escaped_w})
+  BandValues received = energy.emitted_w;
+  if (system.external_irradiance().size() > 0) {
+    energy.external_w = power(system.external_irradiance());
+    received += energy.external_w;
+  }
+  for (const BandValues* power_w : {&received, &energy.absorbed_w, &energy.escaped_w})
     if (!power_w->isFinite().all())
       throw InputError(
           fmt::format("the power exceeds what a double holds, {:.2g} W: scale the emission, all light is "
                       "proportional to it",
                       std::numeric_limits<double>::max()));
-  energy.imbalance =
-      (energy.emitted_w > 0)
-          .select((energy.emitted_w - energy.absorbed_w - energy.escaped_w) / energy.emitted_w, 0.0);
+  energy.imbalance = (received > 0).select((received - energy.absorbed_w - energy.escaped_w) / received, 0.0);
   return energy;
 }
 
@@ -50,7 +53,8 @@ Solution select_bands(const Solution& solution, Index first, Index count) {
                             &part.report.error_bound, &part.report.condition})
     if (values->cols() > 0) *values = values->middleCols(first, count).eval();
   EnergyBalance& energy = part.energy;
-  for (BandValues* values : {&energy.emitted_w, &energy.absorbed_w, &energy.escaped_w, &energy.imbalance})
+  for (BandValues* values :
+       {&energy.emitted_w, &energy.absorbed_w, &energy.escaped_w, &energy.imbalance, &energy.external_w})
     if (values->size() > 0) *values = values->segment(first, count).eval();
   return part;
 }

@@ -55,7 +55,7 @@ std::string where(const RadiositySystem& system, Index component) {
 // A component in which nothing absorbs and nothing escapes has no solution when it emits, and no unique one when it does not.
 void require_sink(const RadiositySystem& system, const MeanLoss& loss) {
   if (!system.form_factors().stored()) return;
-  const BandArray emitted = system.sums(system.emission());
+  const BandArray emitted = system.sums(system.source());
   for (Index c = 0; c < system.components(); ++c)
     for (Index b = 0; b < system.bands(); ++b) {
       if (loss.absorbed(c, b) > 0 || loss.escaped(c, b) > tolerance::kNoEscape) continue;
@@ -69,19 +69,19 @@ void require_sink(const RadiositySystem& system, const MeanLoss& loss) {
     }
 }
 
-// Bands to be solved: those that emit and reflect, equal ones once.
+// Bands to be solved: those that receive light and reflect, equal ones once.
 struct DistinctBands {
   std::vector<Index> solved;  // bands of the system
-  std::vector<Index> column;  // for each band of the system its place among them; −1: B = E
+  std::vector<Index> column;  // for each band of the system its place among them; −1: B = E + ρ H₀
 
   explicit DistinctBands(const RadiositySystem& system)
       : column(static_cast<std::size_t>(system.bands()), -1) {
+    const BandArray source = system.source();
     const auto equal = [](const BandArray& x, Index a, Index b) { return (x.col(a) == x.col(b)).all(); };
     for (Index b = 0; b < system.bands(); ++b) {
-      if ((system.emission().col(b) == 0).all() || (system.reflectance().col(b) == 0).all()) continue;
+      if ((source.col(b) == 0).all() || (system.reflectance().col(b) == 0).all()) continue;
       const auto same = std::find_if(solved.begin(), solved.end(), [&](Index a) {
-        return equal(system.emission(), a, b) && equal(system.reflectance(), a, b) &&
-               equal(system.absorptance(), a, b);
+        return equal(source, a, b) && equal(system.reflectance(), a, b) && equal(system.absorptance(), a, b);
       });
       column[static_cast<std::size_t>(b)] = static_cast<Index>(same - solved.begin());
       if (same == solved.end()) solved.push_back(b);
@@ -220,7 +220,7 @@ SolveResult Solver::solve(const RadiositySystem& given, const SolverOptions& opt
 
   SolveResult result;
   SolveReport& report = result.report;
-  result.radiosity = given.emission();
+  result.radiosity = given.source();
   const bool stored = given.form_factors().stored();
   report.error_bound = BandArray::Constant(1, given.bands(), stored ? 0 : kNan);
   report.condition = BandArray::Constant(1, given.bands(), stored ? 1 : kNan);
@@ -230,16 +230,16 @@ SolveResult Solver::solve(const RadiositySystem& given, const SolverOptions& opt
   if (bands.solved.empty()) {
     report.status = SolveStatus::converged;
     report.history = {0};
-    report.message = (given.emission() == 0).all()      ? "nothing is emitted: B = 0"
+    report.message = (result.radiosity == 0).all()      ? "nothing is emitted: B = 0"
                      : (given.reflectance() == 0).all() ? "nothing reflects: B = E"
                                                         : "no band both emits and reflects: B = E";
     return result;
   }
 
-  const BandArray emission = bands.reduced(given.emission());
-  const Scaling scaling(emission);
+  const BandArray source = bands.reduced(result.radiosity);
+  const Scaling scaling(source);
   const RadiositySystem system = given.with_bands(
-      bands.reduced(given.reflectance()), scaling.apply(emission, -1), bands.reduced(given.absorptance()));
+      bands.reduced(given.reflectance()), scaling.apply(source, -1), bands.reduced(given.absorptance()));
   State state{system.emission(), BandValues::Ones(system.bands()), BandValues::Ones(system.bands())};
   const Index limit =
       options.max_iterations > 0 ? options.max_iterations : default_max_iterations(system.size());

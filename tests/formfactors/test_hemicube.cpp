@@ -6,6 +6,8 @@
 #include <numbers>
 #include <vector>
 
+#include "item_buffer.hpp"
+#include "methods.hpp"
 #include "radiosity/formfactors/assemble.hpp"
 #include "support/brute_force.hpp"
 #include "support/closed_forms.hpp"
@@ -107,6 +109,26 @@ TEST(Hemicube, LooksThroughNoVertexOfAFineMesh) {
                        escaped = std::max(escaped, e);
                      });
   EXPECT_EQ(escaped, 0);
+}
+
+TEST(Hemicube, GivesTheSameBitsOnEveryLevelOfProcessors) {
+  const PatchMesh mesh = room_with_floating_box(6, 4);
+  const Visibility visibility(mesh);
+  const auto factors = [&](const item_buffer::Kernel& kernel) {
+    std::vector<double> all;
+    make_hemicube(visibility, {.samples = 2, .resolution = 50}, kernel)
+        ->rows(0, mesh.patch_count(), false,
+               [&](Index, std::span<const Index> columns, std::span<const double> values, double escaped) {
+                 all.insert(all.end(), columns.begin(), columns.end());
+                 all.insert(all.end(), values.begin(), values.end());
+                 all.push_back(escaped);
+               });
+    return all;
+  };
+  const auto kernels = item_buffer::kernels();
+  const std::vector<double> plain = factors(kernels.front());
+  EXPECT_GT(plain.size(), 1000U);
+  for (const item_buffer::Kernel& kernel : kernels) EXPECT_EQ(factors(kernel), plain) << kernel.level;
 }
 
 TEST(Hemicube, SeesEachFaceOfTheRoomWhateverItsOwnPlane) {

@@ -17,9 +17,9 @@
 #include <vtkXMLUtilities.h>
 
 #include "files.hpp"
-#include "radiosity/io/image.hpp"
 #include "radiosity/io/read_scene.hpp"
 #include "radiosity/io/solution_file.hpp"
+#include "radiosity/rendering/tone_map.hpp"
 
 namespace radiosity::test {
 namespace {

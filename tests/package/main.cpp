@@ -5,10 +5,10 @@
 #include <exception>
 #include <iostream>
 
-#include "radiosity/io/image.hpp"
 #include "radiosity/io/read_scene.hpp"
 #include "radiosity/io/solution_file.hpp"
 #include "radiosity/meshing/error.hpp"
+#include "radiosity/rendering/tone_map.hpp"
 #include "radiosity/simulation/solve_scene.hpp"
 
 int main(int argc, char** argv) try {

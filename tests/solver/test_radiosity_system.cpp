@@ -100,6 +100,17 @@ TEST(RadiositySystem, GathersIrradianceFromAllPatches) {
   EXPECT_EQ(h(1, 0), 2);  // 0.25 · 8
 }
 
+TEST(RadiositySystem, RefusesAnExternalIrradianceThatIsNone) {
+  const FormFactorMatrix f = facing_pair();
+  const RadiositySystem system(f, kAreas, column(0.5, 0.25), column(7, 3.5));
+  EXPECT_EQ(system.with_external_irradiance(column(2, 4)).source()(1, 0), 3.5 + 0.25 * 4);
+  EXPECT_EQ(system.with_external_irradiance(column(2, 4)).irradiance(column(0, 0))(0, 0), 2);
+  EXPECT_THAT(message_of([&] { (void)system.with_external_irradiance(column(0, -1)); }),
+              HasSubstr("patch 1, band 0: external irradiance -1"));
+  EXPECT_THAT(message_of([&] { (void)system.with_external_irradiance(BandArray::Zero(3, 1)); }),
+              HasSubstr("3 × 1 values for 2 patches and 1 bands"));
+}
+
 TEST(EnergyBalance, SplitsWhatIsEmittedIntoAbsorbedAndEscaped) {
   // B = (8, 4), H = (2, 2), A = (1, 2), ρ = (0.5, 0.25), escaped fractions 0.5 and 0.75.
   const FormFactorMatrix f = facing_pair();

@@ -158,6 +158,23 @@ TEST_P(AnySolver, AgreesWithDenseLuInAllBands) {
   }
 }
 
+TEST_P(AnySolver, TakesLightFromOutside) {
+  // B = E + ρ (H₀ + F B) is B of the emission E + ρ H₀; and what comes in is absorbed or escapes.
+  const auto problem = random_problem(60, 5);
+  const BandArray outside = problem->system.emission().colwise().reverse() + 0.5;
+  const RadiositySystem system = problem->system.with_external_irradiance(outside);
+  const SolverOptions options{.tolerance = 1e-9, .max_iterations = 1'000'000};
+  const BandArray b = solver_->solve(system, options).radiosity;
+  const RadiositySystem emitting(problem->matrix, system.areas(), system.reflectance(),
+                                 system.emission() + system.reflectance() * outside);
+  EXPECT_TRUE(b.isApprox(solver_->solve(emitting, options).radiosity, 1e-12));
+  const EnergyBalance energy = energy_balance(system, b, system.irradiance(b));
+  for (Index k = 0; k < system.bands(); ++k) {
+    EXPECT_DOUBLE_EQ(energy.external_w[k], (system.areas() * outside.col(k)).sum());
+    EXPECT_NEAR(energy.imbalance[k], 0, 1e-6);
+  }
+}
+
 TEST_P(AnySolver, ReportsTheTrueResidual) {
   const auto problem = random_problem(50, 8);
   for (const double tolerance : {1e-2, 1e-5}) {

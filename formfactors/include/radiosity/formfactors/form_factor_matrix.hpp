@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <Eigen/SparseCore>
 #include <span>
 #include <string>
 #include <vector>
@@ -84,6 +85,15 @@ class FormFactorMatrix final : public FormFactors {
   /// Entries that are not zero.
   std::size_t nonzeros() const;
   std::size_t bytes() const;
+  /// What is stored, as Eigen's own solvers take it; the diagonal remainder is not in it. Valid as long as this matrix. Throws
+  /// InputError where F is dense (sparse), or has more entries than an Index counts.
+  using SparseMap = Eigen::Map<const Eigen::SparseMatrix<float, Eigen::RowMajor, Index>>;
+  using DenseMap = Eigen::Map<const Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
+  SparseMap as_sparse() const;
+  DenseMap as_dense() const;
+  /// d_i, n.
+  Eigen::ArrayXd diagonal() const;
+
   /// One entry (a binary search where F is sparse), without the diagonal remainder.
   double operator()(Index i, Index j) const;
 
@@ -93,6 +103,7 @@ class FormFactorMatrix final : public FormFactors {
   std::string fault_of(Index i) const;
 
   Rows rows_;
+  std::vector<Index> outer_;  // rows_.start as Eigen takes it; empty where F is dense or has too many entries
 };
 
 }  // namespace radiosity

@@ -10,7 +10,8 @@
 
 namespace radiosity {
 
-/// (I − ρF) B = E for all bands. Keeps a reference to F, which must outlive it.
+/// B = E + ρ (H₀ + F B) for all bands, H₀ what arrives from outside of the system; zero unless it is given. Keeps a reference to F,
+/// which must outlive it.
 class RadiositySystem {
  public:
   /// reflectance, emission and absorptance are n × bands, areas n. 1 − ρ is an input of its own, because a double
@@ -24,13 +25,19 @@ class RadiositySystem {
                   BandArray emission);
   RadiositySystem(const FormFactors& form_factors, const PatchMesh& mesh);
 
+  /// The same with an external irradiance H₀, n × bands, W/m². Throws InputError on another shape, and where it is negative or not
+  /// finite.
+  RadiositySystem with_external_irradiance(BandArray irradiance) const;
+
   Index size() const { return form_factors_->size(); }
   Index bands() const { return static_cast<Index>(emission_.cols()); }
   const FormFactors& form_factors() const { return *form_factors_; }
-  const Eigen::ArrayXd& areas() const { return areas_; }         ///< A, m²
-  const BandArray& reflectance() const { return reflectance_; }  ///< ρ
-  const BandArray& absorptance() const { return absorptance_; }  ///< 1 − ρ
-  const BandArray& emission() const { return emission_; }        ///< E, W/m²
+  const Eigen::ArrayXd& areas() const { return areas_; }                         ///< A, m²
+  const BandArray& reflectance() const { return reflectance_; }                  ///< ρ
+  const BandArray& absorptance() const { return absorptance_; }                  ///< 1 − ρ
+  const BandArray& emission() const { return emission_; }                        ///< E, W/m²
+  const BandArray& external_irradiance() const { return external_irradiance_; }  ///< H₀, W/m²; empty: zero
+  BandArray source() const;                                                      ///< E + ρ H₀, W/m²
   const Eigen::ArrayXd& escaped() const { return escaped_; }  ///< 1 − Σ_j F_ij; where F is not stored: 0
 
   /// Patches that exchange light with each other, directly or by way of others, have the same number, counted from
@@ -43,10 +50,10 @@ class RadiositySystem {
   /// The rows of `values` (components × bands) spread over the patches: n × bands.
   BandArray spread(const BandArray& values) const;
 
-  /// The same patches with other bands.
+  /// The same patches with other bands, and no external irradiance.
   RadiositySystem with_bands(BandArray reflectance, BandArray emission, BandArray absorptance) const;
 
-  /// H = F B, W/m².
+  /// H = H₀ + F B, W/m².
   BandArray irradiance(const BandArray& radiosity) const;
 
  private:
@@ -54,7 +61,7 @@ class RadiositySystem {
 
   const FormFactors* form_factors_;
   Eigen::ArrayXd areas_;
-  BandArray reflectance_, emission_, absorptance_;
+  BandArray reflectance_, emission_, absorptance_, external_irradiance_;
   Eigen::ArrayXd escaped_;
   std::shared_ptr<const std::vector<Index>> component_;
   Index components_ = 0;

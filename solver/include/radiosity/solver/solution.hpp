@@ -9,12 +9,14 @@ namespace radiosity {
 
 /// Where the power goes, W per band.
 ///   emitted  = Σ A_i E_i
+///   external = Σ A_i H₀_i
 ///   absorbed = Σ A_i (1 − ρ_i) H_i
 ///   escaped  = Σ A_i B_i (1 − Σ_j F_ij)
-///   imbalance = (emitted − absorbed − escaped) / emitted;  0 where nothing is emitted
+///   imbalance = (emitted + external − absorbed − escaped) / (emitted + external);  0 where both are
 /// The imbalance measures the residual and the reciprocity error of F together.
 struct EnergyBalance {
   BandValues emitted_w, absorbed_w, escaped_w, imbalance;
+  BandValues external_w = {};  ///< empty where the system has no external irradiance
 };
 
 EnergyBalance energy_balance(const RadiositySystem& system, const BandArray& radiosity,

@@ -1,21 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <vtkImageData.h>
-#include <vtkNew.h>
-#include <vtkPNGReader.h>
+#include "radiosity/rendering/render.hpp"
 
 #include <cmath>
 #include <numbers>
 
-#include "files.hpp"
+#include "io/files.hpp"
 #include "radiosity/formfactors/threads.hpp"
-#include "radiosity/formfactors/visibility.hpp"
-#include "radiosity/io/image.hpp"
 #include "radiosity/io/read_scene.hpp"
 
 namespace radiosity::test {
 namespace {
 
-using Pixel = std::array<std::uint8_t, 3>;
+using Pixel = Rgb8;
 
 /// The sRGB curve in exact integers of 255 steps, from its definition.
 int srgb(double linear) {
@@ -250,33 +246,6 @@ TEST(AutomaticCamera, LooksDownOnAFloor) {
   EXPECT_GT(camera.position.y(), 0.5);
   const Image image = render(Visibility(mesh), BandArray::Ones(4, 1), camera, 9, 9, 1, 1);
   EXPECT_EQ(image.pixels[40], (Pixel{255, 255, 255}));
-}
-
-TEST(WritePng, ReadsBackPixelByPixelFromTheTop) {
-  const TemporaryDirectory directory;
-  Image image{2, 3, {{255, 0, 0}, {0, 255, 0}, {0, 0, 255}, {10, 20, 30}, {40, 50, 60}, {70, 80, 90}}};
-  write_png(directory / "a.png", image);
-  EXPECT_EQ(directory.entries(), 1);
-  vtkNew<vtkPNGReader> reader;
-  reader->SetFileName((directory / "a.png").c_str());
-  reader->Update();
-  vtkImageData* const data = reader->GetOutput();
-  ASSERT_EQ(data->GetDimensions()[0], 2);
-  ASSERT_EQ(data->GetDimensions()[1], 3);
-  ASSERT_EQ(data->GetNumberOfScalarComponents(), 3);
-  for (int y = 0; y < 3; ++y)
-    for (int x = 0; x < 2; ++x)
-      for (int k = 0; k < 3; ++k)
-        EXPECT_EQ(data->GetScalarComponentAsDouble(x, 2 - y, 0, k),
-                  image.pixels[static_cast<std::size_t>(2 * y + x)][static_cast<std::size_t>(k)]);
-}
-
-TEST(WritePng, NamesAFileThatCannotBeWrittenAndPrintsNothing) {
-  const TemporaryDirectory directory;
-  const auto file = directory / "none/a.png";
-  const Image image{1, 1, {{1, 2, 3}}};
-  EXPECT_THAT(message_of<IoError>([&] { write_png(file, image); }), testing::StartsWith(file.string()));
-  EXPECT_THROW(write_png(directory / "a.png", {2, 1, {{1, 2, 3}}}), InputError);
 }
 
 }  // namespace

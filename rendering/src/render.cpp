@@ -1,51 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "radiosity/io/image.hpp"
+#include "radiosity/rendering/render.hpp"
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
-#include <vtkImageData.h>
-#include <vtkPNGWriter.h>
-#include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <fstream>
 #include <numbers>
-#include <numeric>
+#include <span>
 
-#include "radiosity/formfactors/visibility.hpp"
-#include "radiosity/io/output.hpp"
+#include "display.hpp"
 #include "radiosity/meshing/error.hpp"
-#include "vtk_support.hpp"
 
 namespace radiosity {
 namespace {
-
-using Rgb = Eigen::Array3d;
-
-/// Display value that automatic_exposure gives to the bright surfaces: linear 0.8 is 231 of 255, near white
-/// with room for what is brighter.
-constexpr double kNearWhite = 0.8;
-
-/// Linear → sRGB [IEC61966-2-1].
-double srgb_encode(double linear) {
-  return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
-}
-
-/// Display value of one row of radiosities, each channel in [0, 1].
-template <class Row>
-Rgb display(const Row& radiosity, double exposure) {
-  const Rgb linear = radiosity.size() == 3 ? Rgb(radiosity[0], radiosity[1], radiosity[2])
-                                           : Rgb(Rgb::Constant(radiosity.mean()));
-  return (exposure * linear).max(0.0).min(1.0).unaryExpr(&srgb_encode);
-}
-
-std::array<std::uint8_t, 3> bytes(const Rgb& encoded) {
-  std::array<std::uint8_t, 3> result{};
-  for (std::size_t k = 0; k < 3; ++k)
-    result[k] = static_cast<std::uint8_t>(std::lround(255 * encoded[static_cast<Eigen::Index>(k)]));
-  return result;
-}
 
 double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
   return a.x() * b.y() - a.y() * b.x();
@@ -155,7 +124,7 @@ Image trace(const Pinhole& pinhole, int width, int height, int samples, const Ra
     throw InputError(fmt::format("image of {} x {} pixels with {} x {} samples: all must be at least 1",
                                  width, height, samples, samples));
   Image image{width, height,
-              std::vector<std::array<std::uint8_t, 3>>(static_cast<std::size_t>(width) *
+              std::vector<Rgb8>(static_cast<std::size_t>(width) *
                                                        static_cast<std::size_t>(height))};
   tbb::parallel_for(0, height, [&](int y) {
     for (int x = 0; x < width; ++x) {
@@ -172,38 +141,6 @@ Image trace(const Pinhole& pinhole, int width, int height, int samples, const Ra
 }
 
 }  // namespace
-
-double automatic_exposure(const PatchMesh& mesh, const BandArray& patch_radiosity) {
-  if (patch_radiosity.rows() != mesh.patch_count())
-    throw InputError(fmt::format("radiosity has {} rows, but the mesh has {} patches", patch_radiosity.rows(),
-                                 mesh.patch_count()));
-  const Eigen::ArrayXd brightest = patch_radiosity.rowwise().maxCoeff();
-  std::vector<Index> reflecting;
-  double area = 0;
-  for (Index i = 0; i < mesh.patch_count(); ++i)
-    if ((mesh.material_of(i).emission == 0).all()) {
-      reflecting.push_back(i);
-      area += mesh.area(i);
-    }
-  std::stable_sort(reflecting.begin(), reflecting.end(),
-                   [&](Index a, Index b) { return brightest[a] < brightest[b]; });
-  double quantile = 0, below = 0;
-  for (const Index i : reflecting) {
-    quantile = brightest[i];
-    below += mesh.area(i);
-    if (below >= 0.9 * area) break;
-  }
-  if (!(quantile > 0)) quantile = brightest.size() > 0 ? brightest.maxCoeff() : 0;
-  return quantile > 0 ? kNearWhite / quantile : 1;
-}
-
-std::vector<std::array<std::uint8_t, 3>> tone_map(const BandArray& radiosity, double exposure) {
-  std::vector<std::array<std::uint8_t, 3>> colours;
-  colours.reserve(static_cast<std::size_t>(radiosity.rows()));
-  for (Eigen::Index i = 0; i < radiosity.rows(); ++i)
-    colours.push_back(bytes(display(radiosity.row(i), exposure)));
-  return colours;
-}
 
 Image render(const Visibility& visibility, const BandArray& vertex_radiosity, const Camera& camera, int width,
              int height, double exposure, int samples) {
@@ -223,7 +160,7 @@ Image render(const Visibility& visibility, const BandArray& vertex_radiosity, co
   });
 }
 
-Image paint(const Visibility& visibility, const std::vector<std::array<std::uint8_t, 3>>& patch_colours,
+Image paint(const Visibility& visibility, const std::vector<Rgb8>& patch_colours,
             const Camera& camera, int width, int height, int samples) {
   if (patch_colours.size() != static_cast<std::size_t>(visibility.mesh().patch_count()))
     throw InputError(
@@ -283,36 +220,6 @@ Camera automatic_camera(const PatchMesh& mesh) {
   camera.position = centre + (half.dot(view.from.cwiseAbs()) + distance) * view.from;
   camera.up = view.up;
   return camera;
-}
-
-std::string encode_png(const Image& image) {
-  const auto row_bytes = static_cast<std::size_t>(image.width);
-  if (image.width < 1 || image.height < 1 ||
-      image.pixels.size() != row_bytes * static_cast<std::size_t>(image.height))
-    throw InputError(fmt::format("an image of {} x {} cannot have {} pixels", image.width, image.height,
-                                 image.pixels.size()));
-  vtkNew<vtkImageData> data;
-  data->SetDimensions(image.width, image.height, 1);
-  data->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
-  for (int y = 0; y < image.height; ++y) {  // VTK counts rows from the bottom
-    const auto* row = image.pixels.data() + static_cast<std::size_t>(image.height - 1 - y) * row_bytes;
-    std::copy_n(row->data(), 3 * row_bytes, static_cast<std::uint8_t*>(data->GetScalarPointer(0, y, 0)));
-  }
-  // Encoded in memory: to a file that cannot be opened, VTK's writer leaks.
-  vtkNew<vtkPNGWriter> writer;
-  vtkNew<VtkErrors> errors;
-  errors->watch(writer);
-  writer->WriteToMemoryOn();
-  writer->SetInputData(data);
-  writer->Write();
-  if (!errors->first().empty()) throw IoError(fmt::format("PNG: {}", errors->first()));
-  vtkUnsignedCharArray* const bytes = writer->GetResult();
-  return {reinterpret_cast<const char*>(bytes->GetPointer(0)),
-          static_cast<std::size_t>(bytes->GetNumberOfValues())};
-}
-
-void write_png(const std::filesystem::path& file, const Image& image) {
-  write_file(file, encode_png(image));
 }
 
 }  // namespace radiosity
