@@ -36,7 +36,7 @@ int run_compare(const Options& options) {
   }
   const ComparisonOrigin origin{RADIOSITY_VERSION, options.command_line, shell_quoted(options.scene.string()),
                                 settings.camera, options.threads};
-  const TradeReference& reference = comparison.finer ? *comparison.finer : comparison.factors;
+  const ComparedReference& reference = comparison.finer ? *comparison.finer : comparison.factors;
   job.console.line("reference", "{} with {} samples on {} patches; errs by {:.2g} % itself", reference.method,
                    reference.settings.samples, reference.patches, 100 * reference.own_error());
   for (const std::string& note : comparison.notes) job.console.line("note", "{}", note);

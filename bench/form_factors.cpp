@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
+#include "cases/scenes.hpp"
 #include "radiosity/formfactors/assemble.hpp"
 #include "radiosity/meshing/make_patches.hpp"
-#include "support/scenes.hpp"
 
 namespace {
 

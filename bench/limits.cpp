@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The table of docs/limits.md: what is asked at the extremes, what is right, what comes out.
-#include "support/limits.hpp"
+#include "cases/limits.hpp"
 
 #include <fmt/format.h>
 

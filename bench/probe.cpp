@@ -8,11 +8,11 @@
 #include <ctime>
 #include <random>
 
+#include "cases/path_tracer.hpp"
+#include "cases/scenes.hpp"
 #include "radiosity/formfactors/assemble.hpp"
 #include "radiosity/meshing/make_patches.hpp"
 #include "radiosity/solver/solution.hpp"
-#include "support/path_tracer.hpp"
-#include "support/scenes.hpp"
 
 /// Irradiance at sensors in a closed Cornell box, from radiosity and from path tracing.
 namespace {

@@ -11,10 +11,10 @@
 #include <string>
 #include <vector>
 
+#include "cases/scenes.hpp"
 #include "radiosity/formfactors/assemble.hpp"
 #include "radiosity/meshing/make_patches.hpp"
 #include "radiosity/solver/solver.hpp"
-#include "support/scenes.hpp"
 
 namespace {
 

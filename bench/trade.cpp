@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
+#include "cases/scenes.hpp"
 #include "radiosity/formfactors/assemble.hpp"
 #include "radiosity/formfactors/visibility.hpp"
 #include "radiosity/simulation/compare.hpp"
-#include "support/scenes.hpp"
 
 namespace {
 
@@ -39,13 +39,13 @@ std::string percent(double share) {
   return fmt::format("{:.2g} %", 100 * share);
 }
 
-std::string setting(const TradeRun& run) {
+std::string setting(const ComparedRun& run) {
   return run.settings.resolution > 0
              ? fmt::format("{} {} × {}", run.method, run.settings.samples, run.settings.resolution)
              : fmt::format("{} {}", run.method, run.settings.samples);
 }
 
-void print_reference(const TradeReference& reference) {
+void print_reference(const ComparedReference& reference) {
   fmt::print("{} {} on {} patches ({} solve{}, {:.3g} s): its form factors err by {}{}.\n", reference.method,
              reference.settings.samples, reference.patches, reference.solves,
              reference.solves == 1 ? "" : "s", reference.seconds, percent(reference.noise),
@@ -60,7 +60,7 @@ void print_methods(const Comparison& all) {
       "\n| method and setting | patches | s | MB | of form factors | all told | largest |\n"
       "|---|---|---|---|---|---|---|\n");
   std::size_t left_out = 0;
-  for (const TradeRun& run : all.runs) {
+  for (const ComparedRun& run : all.runs) {
     if (!run.left_out.empty()) {
       ++left_out;
       continue;
@@ -77,8 +77,8 @@ void print_patches(const Comparison& all) {
   fmt::print(
       "\n| patches | size, m | noise of the reference | least error | by | s |\n|---|---|---|---|---|---|\n");
   for (std::size_t m = 0; m < all.meshes.size(); ++m) {
-    const TradeRun* best = nullptr;
-    for (const TradeRun& run : all.runs)
+    const ComparedRun* best = nullptr;
+    for (const ComparedRun& run : all.runs)
       if (run.mesh == m && run.total && (best == nullptr || run.total->rms < best->total->rms)) best = &run;
     if (best == nullptr) continue;
     fmt::print("| {} | {:.3g} | {} | {} | {} | {:.2g} |\n", all.meshes[m].patches, all.meshes[m].size,
@@ -96,7 +96,7 @@ void print_advice(const Comparison& all) {
       fmt::print("| {} | not reached | | | | |\n", percent(wanted));
       continue;
     }
-    const TradeRun& run = all.runs[runs.index[*best]];
+    const ComparedRun& run = all.runs[runs.index[*best]];
     fmt::print("| {} | {} | {} | {:.2g} | {:.3g} | {} |\n", percent(wanted), setting(run),
                all.meshes[run.mesh].patches, run.seconds, run.bytes / 1e6,
                percent(runs.by_seconds[*best].error));

@@ -154,14 +154,14 @@ void mirror(RowList& upper, const Eigen::ArrayXd& areas) {
 }
 
 // Patches whose rows and columns are computed pair by pair.
-struct Singled {
+struct ReplacedRows {
   std::vector<Index> patches;    // ascending
   std::vector<std::uint8_t> is;  // of all patches
   bool has(Index i) const { return is[at(i)] != 0; }
 };
 
-Singled singled_out(std::vector<Index> patches, Index n) {
-  Singled out{std::move(patches), std::vector<std::uint8_t>(at(n), 0)};
+ReplacedRows replaced_rows(std::vector<Index> patches, Index n) {
+  ReplacedRows out{std::move(patches), std::vector<std::uint8_t>(at(n), 0)};
   for (const Index i : out.patches) out.is[at(i)] = 1;
   return out;
 }
@@ -203,15 +203,15 @@ std::shared_ptr<const PairRows> compute_pairs(const PairwisePatches& chosen, con
 }
 
 // Replaces rows and columns by factors of single pairs.
-void replace_by_pairs(RowList& rows, const Singled& singled, const PairRows& pairs) {
-  for (const Index i : singled.patches) rows[at(i)] = pairs.rows[at(i)];
+void replace_by_pairs(RowList& rows, const ReplacedRows& replaced, const PairRows& pairs) {
+  for (const Index i : replaced.patches) rows[at(i)] = pairs.rows[at(i)];
   const RowList exact = transpose(pairs.columns);
   for_each_row(static_cast<Index>(rows.size()), [&](Index i) {
-    if (singled.has(i)) return;
+    if (replaced.has(i)) return;
     Row merged;
     merged.reserve(rows[at(i)].size() + exact[at(i)].size());
     merge(rows[at(i)], exact[at(i)], [&](Index j, double sampled, double pair) {
-      const double f = singled.has(j) ? pair : sampled;
+      const double f = replaced.has(j) ? pair : sampled;
       if (f > 0) merged.push_back({j, static_cast<float>(f)});
     });
     rows[at(i)] = std::move(merged);
@@ -240,7 +240,7 @@ Eigen::ArrayXd row_sums(const RowList& rows) {
 }
 
 // Takes out what should exchange nothing: no scaling reaches such a sum.
-void drop_blind(RowList& rows, const Eigen::ArrayXd& target) {
+void drop_isolated(RowList& rows, const Eigen::ArrayXd& target) {
   for_each_row(static_cast<Index>(rows.size()), [&](Index i) {
     if (target[i] == 0)
       rows[at(i)].clear();
@@ -306,7 +306,7 @@ FormFactorQuality symmetrise(RowList& rows, const Eigen::ArrayXd& target, const 
 //   S_ij ← d_i d_j min(s_i, s_j) S_ij   between sampled patches,
 //   S_ij ← c_i c_j min(s_i, s_j) S_ij   where one was computed pair by pair: such entries are right as they are, up to a factor of
 // the whole row; c = 1 for sampled patches. s_i ≤ 1 holds back rows that would otherwise pass their target.
-struct Scaling {
+struct RowScaling {
   Eigen::ArrayXd d, s, c;
   const std::vector<std::uint8_t>& pairwise;
   double operator()(Index i, Index j) const {
@@ -337,37 +337,37 @@ struct Scaled {
 // not agree on what they exchange: then there is no such D. Rows that would need more than kMostScaling are left out, so that
 // the others are not bent to fit them; of all iterates the one with the least error is taken; and no row is left above its
 // target. Rows of patches computed pair by pair are scaled first, each as a whole, by Sinkhorn's iteration: they are few.
-Scaling scaling_to_row_sums(const RowList& rows, const Eigen::ArrayXd& row_target,
-                            const Eigen::ArrayXd& areas, const Singled& singled) {
+RowScaling scaling_to_row_sums(const RowList& rows, const Eigen::ArrayXd& row_target,
+                               const Eigen::ArrayXd& areas, const ReplacedRows& replaced) {
   constexpr int kSteps = 20;
   constexpr int kInner = 30;
   constexpr double kInnerTolerance = 1e-2;
   constexpr double kEnough = 1e-6;  // what is left goes to the diagonal
   constexpr int kSinkhorn = 30;
   const auto n = static_cast<Index>(rows.size());
-  Scaling out{Eigen::ArrayXd::Ones(n), Eigen::ArrayXd::Ones(n), Eigen::ArrayXd::Ones(n), singled.is};
+  RowScaling out{Eigen::ArrayXd::Ones(n), Eigen::ArrayXd::Ones(n), Eigen::ArrayXd::Ones(n), replaced.is};
   Eigen::ArrayXd target = row_target;
-  if (!singled.patches.empty()) {
+  if (!replaced.patches.empty()) {
     Scaled whole(n);
     for (int step = 0; step < kSinkhorn; ++step) {
       Eigen::ArrayXd by = Eigen::ArrayXd::Ones(n);
-      for (const Index i : singled.patches) {
+      for (const Index i : replaced.patches) {
         double reached = 0;
         for (const Entry& e : rows[at(i)]) reached += static_cast<double>(e.value) * whole.factor[e.column];
         if (reached > 0) by[i] = std::sqrt(row_target[i] * areas[i] / (whole.factor[i] * reached));
       }
-      for (const Index i : singled.patches) whole.multiply(i, by[i]);
+      for (const Index i : replaced.patches) whole.multiply(i, by[i]);
     }
     out.c = whole.factor;
     for_each_row(n, [&](Index i) {
       for (const Entry& e : rows[at(i)])
-        if (singled.has(i) || singled.has(e.column))
+        if (replaced.has(i) || replaced.has(e.column))
           target[i] -= out.c[i] * out.c[e.column] * static_cast<double>(e.value) / areas[i];
     });
   }
   Scaled sampled(n);
   Eigen::ArrayXd& d = sampled.factor;
-  for (const Index i : singled.patches) {
+  for (const Index i : replaced.patches) {
     d[i] = 0;
     sampled.frozen[at(i)] = 1;
   }
@@ -503,9 +503,9 @@ FormFactorMatrix::Rows pack(RowList& rows, F&& finish) {
 }
 
 // F_ij = D S D / A_i, and how well it closes.
-FormFactorMatrix::Rows pack_scaled(RowList& symmetric, const Scaling& scaling, const Eigen::ArrayXd& target,
-                                   const Eigen::ArrayXd& areas, FormFactorQuality& quality,
-                                   Eigen::ArrayXd& sums) {
+FormFactorMatrix::Rows pack_scaled(RowList& symmetric, const RowScaling& scaling,
+                                   const Eigen::ArrayXd& target, const Eigen::ArrayXd& areas,
+                                   FormFactorQuality& quality, Eigen::ArrayXd& sums) {
   sums = Eigen::ArrayXd::Zero(areas.size());
   Eigen::ArrayXd reciprocity = sums;
   const Eigen::ArrayXd inverse = 1 / areas;
@@ -549,7 +549,7 @@ FormFactorMatrix assemble(const FormFactorMethod& method, const Visibility& visi
   facts.pairs = method.pairs();
   std::vector<double> escaped = std::move(computed.escaped);
   const bool method_sees_escape = n > 0 && escaped[0] >= 0;
-  Singled singled = singled_out({}, n);
+  ReplacedRows replaced = replaced_rows({}, n);
   if (!method.reciprocal() && facts.completed) {
     facts.pair_rows = options.pair_rows;
     if (!facts.pair_rows) {
@@ -566,12 +566,12 @@ FormFactorMatrix assemble(const FormFactorMethod& method, const Visibility& visi
   }
   if (facts.pair_rows) {
     const PairRows& pairs = *facts.pair_rows;
-    singled = singled_out(pairs.patches, n);
-    if (!singled.patches.empty()) replace_by_pairs(rows, singled, pairs);
+    replaced = replaced_rows(pairs.patches, n);
+    if (!replaced.patches.empty()) replace_by_pairs(rows, replaced, pairs);
     facts.lamps = pairs.lamps;
-    facts.pairwise = static_cast<Index>(singled.patches.size());
+    facts.pairwise = static_cast<Index>(replaced.patches.size());
     // Where nothing stands between two patches the rows of all of them are exact: cells may miss a narrow gap.
-    for (const Index i : visibility.convex() ? singled.patches : pairs.misjudged)
+    for (const Index i : visibility.convex() ? replaced.patches : pairs.misjudged)
       escaped[at(i)] = std::max(0.0, 1 - sum(rows[at(i)]));
   }
 
@@ -587,7 +587,7 @@ FormFactorMatrix assemble(const FormFactorMethod& method, const Visibility& visi
       target = (target > 0).cast<double>();
     } else if (method_sees_escape) {  // pairs know better than directions
       for (Index i = 0; i < n; ++i)
-        if (target[i] > 0) target[i] = singled.has(i) ? std::min(1.0, target[i]) : not_lost(e[i]);
+        if (target[i] > 0) target[i] = replaced.has(i) ? std::min(1.0, target[i]) : not_lost(e[i]);
     }
   }
   if (method.exact() && facts.completed && n > 0 && (target > 0).any()) {
@@ -600,21 +600,21 @@ FormFactorMatrix assemble(const FormFactorMethod& method, const Visibility& visi
   const bool known_target = facts.closed_scene || method_sees_escape;
 
   facts.closed_rows = close && known_target;
-  if (facts.closed_rows) drop_blind(rows, target);
+  if (facts.closed_rows) drop_isolated(rows, target);
   FormFactorMatrix::Rows packed;
   Eigen::ArrayXd sums;
   if (facts.closed_rows) {
     facts.before = symmetrise(rows, target, areas);
     // Where all that see anything were computed pair by pair there is nothing to scale them against.
     Index sampled = 0;
-    for (Index i = 0; i < n; ++i) sampled += target[i] > 0 && !singled.has(i) ? 1 : 0;
-    if (sampled == 0) singled = singled_out({}, n);
-    packed = pack_scaled(rows, scaling_to_row_sums(rows, target, areas, singled), target, areas, facts.after,
+    for (Index i = 0; i < n; ++i) sampled += target[i] > 0 && !replaced.has(i) ? 1 : 0;
+    if (sampled == 0) replaced = replaced_rows({}, n);
+    packed = pack_scaled(rows, scaling_to_row_sums(rows, target, areas, replaced), target, areas, facts.after,
                          sums);
   } else if (options.close && (target > 1).any()) {  // at most 1, even where the right sum is not known
     facts.before = symmetrise(rows, target, areas);
     const Eigen::ArrayXd one = Eigen::ArrayXd::Ones(n);
-    packed = pack_scaled(rows, {one, target.max(1.0).inverse(), one, singled.is}, target.min(1.0), areas,
+    packed = pack_scaled(rows, {one, target.max(1.0).inverse(), one, replaced.is}, target.min(1.0), areas,
                          facts.after, sums);
     target = sums;
   } else {
@@ -622,7 +622,7 @@ FormFactorMatrix assemble(const FormFactorMethod& method, const Visibility& visi
     sums = row_sums(rows);
     packed = pack(rows, [](Index, Row&) {});
   }
-  facts.blind_patches = static_cast<Index>((sums == 0).count());
+  facts.isolated_patches = static_cast<Index>((sums == 0).count());
   const bool known_sums = facts.closed_rows || (facts.completed && facts.closed_scene && method.exact());
   const Eigen::ArrayXd reached = known_sums ? target : sums;
   if (known_sums) {

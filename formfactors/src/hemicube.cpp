@@ -112,7 +112,7 @@ class Hemicube final : public FormFactorMethod {
   FormFactorOptions options() const override {
     return {.samples = points_, .resolution = resolution_, .seed = seed_};
   }
-  double grain() const override { return grain_; }
+  double direction_share() const override { return direction_share_; }
   Index max_entries_per_row() const override {
     return static_cast<Index>(std::min(static_cast<std::size_t>(points_) * cells_,
                                        static_cast<std::size_t>(visibility_.mesh().patch_count())));
@@ -128,7 +128,7 @@ class Hemicube final : public FormFactorMethod {
   std::array<item_buffer::Face, 5> faces_{};
   std::vector<float> top_u_, top_v_, side_v_;  // centres of cells, 16 for each column or row of tiles
   std::size_t cells_ = 0;
-  double grain_;
+  double direction_share_;
   std::vector<float> delta_;  // ΔF per cell as the item buffer stores them; 0 beyond a face's borders
 };
 
@@ -185,7 +185,7 @@ Hemicube::Hemicube(const Visibility& visibility, const FormFactorOptions& option
   cells_ = delta.size();
   const double sum = std::accumulate(delta.begin(), delta.end(), 0.0);
   for (const double d : delta) delta_.push_back(static_cast<float>(d / sum));
-  grain_ = *std::max_element(delta.begin(), delta.end()) / sum / static_cast<double>(points_);
+  direction_share_ = *std::max_element(delta.begin(), delta.end()) / sum / static_cast<double>(points_);
 }
 
 void Hemicube::rows(Index first, Index last, bool, const Sink& sink) const {

@@ -115,19 +115,19 @@ std::vector<Index> near_patches(const Visibility& visibility) {
 }
 
 // Lamps, patches of one surface together, that are too small for the directions to tell. By reciprocity the area mean over i of
-// Σ_{j in L} F_ij is at most A_L / ΣA, and that of what one patch of L sends to a patch of mean area 1/n; with 1/grain directions from
+// Σ_{j in L} F_ij is at most A_L / ΣA, and that of what one patch of L sends to a patch of mean area 1/n; with 1/direction_share directions from
 // every patch and m patches in L, what a typical patch receives from L rests on some
-//   (A_L / ΣA + m / n) / grain
+//   (A_L / ΣA + m / n) / direction_share
 // of them.
 struct FaintLamps {
   std::size_t lamps = 0, faint = 0;
 };
-FaintLamps faint_lamps(const PatchMesh& mesh, const std::vector<Index>& lamps, double grain) {
+FaintLamps faint_lamps(const PatchMesh& mesh, const std::vector<Index>& lamps, double direction_share) {
   const double total = mesh.areas().sum();
   std::map<Index, double> share;  // of surfaces that emit
   for (const Index i : lamps) share[mesh.surface(i)] += mesh.area(i) / total + 1.0 / mesh.patch_count();
   FaintLamps out{share.size(), 0};
-  for (const auto& [surface, s] : share) out.faint += s < kFewAnswers * grain ? 1 : 0;
+  for (const auto& [surface, s] : share) out.faint += s < kFewAnswers * direction_share ? 1 : 0;
   return out;
 }
 
@@ -140,7 +140,7 @@ std::vector<Index> united(const std::vector<Index>& a, const std::vector<Index>&
 }  // namespace
 
 bool hardly_answered(const FormFactorMethod& method, double row_sum) {
-  return row_sum < kFewAnswers * method.grain();
+  return row_sum < kFewAnswers * method.direction_share();
 }
 
 std::vector<Index> pairwise_in_advance(const Visibility& visibility) {
@@ -166,7 +166,7 @@ PairwisePatches pairwise_patches(const FormFactorMethod& method, const Visibilit
 
   std::vector<Index> lamps = lamps_of(mesh);
   if (lamps.size() > most) {
-    const FaintLamps found = faint_lamps(mesh, lamps, method.grain());
+    const FaintLamps found = faint_lamps(mesh, lamps, method.direction_share());
     if (found.faint > 0)
       out.warnings.push_back(
           fmt::format("{} of {} surfaces that emit are so small that what single patches receive from them "
@@ -197,7 +197,7 @@ PairwisePatches pairwise_patches(const FormFactorMethod& method, const Visibilit
     make_factors();
     if (sum > 0 || out.factors->may_see_any(i)) unanswered.push_back(i);
   }
-  // Many that no direction finds anything from are what lies outside of an open scene; they are counted as blind.
+  // Many that no direction finds anything from are what lies outside of an open scene; they are counted as isolated.
   if (unanswered.size() > most)
     std::erase_if(unanswered, [&](Index i) { return row_sums[static_cast<std::size_t>(i)] == 0; });
   if (unanswered.size() > most) {

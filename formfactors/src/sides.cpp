@@ -61,7 +61,7 @@ bool meets_back(const Visibility::Hit& hit) {
 struct Glance {
   Index from = 0;
   std::array<Visibility::Hit, kRays> hits;
-  bool blind() const { return std::none_of(hits.begin(), hits.end(), meets_front); }
+  bool sees_nothing() const { return std::none_of(hits.begin(), hits.end(), meets_front); }
 };
 
 /// From `count` places that are spread evenly over the weight of the patches, so that all count the same.
@@ -92,12 +92,12 @@ bool emits(const Material& material) {
 
 /// Shares of the directions that meet backs of materials that do not emit.
 std::vector<double> shares_of_backs(const std::vector<Glance>& all, const Visibility& visibility,
-                                    bool even_blind) {
+                                    bool even_isolated) {
   const PatchMesh& mesh = visibility.mesh();
   std::vector<double> shares(mesh.materials().size(), 0);
   double directions = 0;
   for (const Glance& glance : all) {
-    if (visibility.covered(glance.from) || (!even_blind && glance.blind())) continue;
+    if (visibility.covered(glance.from) || (!even_isolated && glance.sees_nothing())) continue;
     directions += kRays;
     for (const Visibility::Hit& hit : glance.hits)
       if (meets_back(hit) && !emits(mesh.material_of(hit.patch))) shares[at(mesh.material(hit.patch))] += 1;
@@ -153,8 +153,9 @@ SeenSides seen_sides(const Visibility& visibility, std::uint64_t seed) {
   SeenSides seen;
 
   const std::vector<Glance> all = glances(visibility, mesh.areas(), kPlaces, seed);
-  const auto blind = std::count_if(all.begin(), all.end(), [](const Glance& from) { return from.blind(); });
-  seen.blind = static_cast<double>(blind) / static_cast<double>(all.size());
+  const auto isolated =
+      std::count_if(all.begin(), all.end(), [](const Glance& from) { return from.sees_nothing(); });
+  seen.isolated = static_cast<double>(isolated) / static_cast<double>(all.size());
   seen.backs_of = shares_of_backs(all, visibility, false);
   seen.backs = sum(seen.backs_of);
 
@@ -167,7 +168,7 @@ SeenSides seen_sides(const Visibility& visibility, std::uint64_t seed) {
   seen.lamp_backs = sum(seen.lamp_backs_of);
 
   // Lamps that look at backs stand inside: they would look the wrong way if all were turned over.
-  seen.look_outwards = seen.blind > kNearlyAll && seen.lamp_backs < 0.5 && outwardness(mesh) > 0.5;
+  seen.look_outwards = seen.isolated > kNearlyAll && seen.lamp_backs < 0.5 && outwardness(mesh) > 0.5;
   return seen;
 }
 
@@ -176,7 +177,7 @@ std::vector<std::string> side_warnings(const SeenSides& seen, const PatchMesh& m
     return {fmt::format(
         "the fronts look outwards: {:.0f} % of the area sees no other front; flip = true in a scene file "
         "turns all faces over",
-        100 * seen.blind)};
+        100 * seen.isolated)};
   const auto told = [&](double share, std::string_view of) {
     return share > kWorthAWord ? fmt::format("{} of {}", percent(share), of) : std::string();
   };

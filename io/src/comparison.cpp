@@ -46,8 +46,8 @@ std::string csv(const Comparison& comparison) {
   };
   const std::vector<std::size_t> front = front_runs(comparison);
   for (std::size_t r = 0; r < comparison.runs.size(); ++r) {
-    const TradeRun& run = comparison.runs[r];
-    const TradeMesh& mesh = comparison.meshes[run.mesh];
+    const ComparedRun& run = comparison.runs[r];
+    const ComparedMesh& mesh = comparison.meshes[run.mesh];
     const bool ran = run.left_out.empty();
     const bool best = std::find(front.begin(), front.end(), r) != front.end();
     out += fmt::format("method,{},{},{},{},{},{},,,{},{},{},,{},{},{},{},{},{},{}\n", run.method,
@@ -59,7 +59,7 @@ std::string csv(const Comparison& comparison) {
                        number(largest(run.total)), number(error_at_most(comparison, run)),
                        ran ? (best ? "1" : "0") : "", quoted(run.left_out));
   }
-  const TradeMesh& own = comparison.meshes[comparison.own];
+  const ComparedMesh& own = comparison.meshes[comparison.own];
   for (const SolverRun& run : comparison.solvers) {
     const bool ran = run.seconds > 0;
     out += fmt::format("solver,{},,,,{},{},{},{},{},,,{},{},,,,,,{}\n", run.solver, own.size, own.patches,
@@ -70,7 +70,7 @@ std::string csv(const Comparison& comparison) {
   return out;
 }
 
-Json to_json(const TradeReference& reference) {
+Json to_json(const ComparedReference& reference) {
   Json json = {{"method", reference.method},      {"samples", reference.settings.samples},
                {"seed", reference.settings.seed}, {"solves", reference.solves},
                {"patch_size_m", reference.size},  {"patches", reference.patches},
@@ -89,14 +89,14 @@ Json to_json(const std::optional<RelativeError>& error) {
 
 Json to_json(const Comparison& comparison, const ComparisonOrigin& origin) {
   Json meshes = Json::array(), runs = Json::array(), solvers = Json::array(), advised = Json::array();
-  for (const TradeMesh& mesh : comparison.meshes)
+  for (const ComparedMesh& mesh : comparison.meshes)
     meshes.push_back({{"patch_size_m", mesh.size},
                       {"patches", mesh.patches},
                       {"seconds", mesh.seconds},
                       {"reference_noise", mesh.own_noise}});
   const std::vector<std::size_t> front = front_runs(comparison);
   for (std::size_t r = 0; r < comparison.runs.size(); ++r) {
-    const TradeRun& run = comparison.runs[r];
+    const ComparedRun& run = comparison.runs[r];
     Json json = {{"method", run.method}, {"mesh", run.mesh}, {"samples", run.settings.samples}};
     if (run.settings.resolution > 0) json["resolution"] = run.settings.resolution;
     json["seed"] = run.settings.seed;
@@ -129,7 +129,7 @@ Json to_json(const Comparison& comparison, const ComparisonOrigin& origin) {
   for (const Advice& line : advice(comparison)) {
     Json json = {{"error", line.error}};
     if (line.run) {
-      const TradeRun& run = comparison.runs[*line.run];
+      const ComparedRun& run = comparison.runs[*line.run];
       json["run"] = *line.run;
       json["command"] = solve_command(comparison, run, origin);
       json["seconds"] = run.seconds;
@@ -182,7 +182,8 @@ void require_comparison_directory(const fs::path& directory) {
   require_writable(directory / kFiles[0], "");
 }
 
-std::string solve_command(const Comparison& comparison, const TradeRun& run, const ComparisonOrigin& origin) {
+std::string solve_command(const Comparison& comparison, const ComparedRun& run,
+                          const ComparisonOrigin& origin) {
   const PatchOptions& patches = comparison.meshes[run.mesh].options;
   std::string size = "auto";
   if (const auto* given = std::get_if<PatchSize>(&patches)) size = fmt::format("{}", given->metres);
@@ -207,7 +208,7 @@ std::vector<Advice> advice(const Comparison& comparison) {
 
 std::string advice_text(const Comparison& comparison, const Advice& advice, const ComparisonOrigin& origin) {
   if (!advice.run) return fmt::format("{} %: not reached by anything that was tried", 100 * advice.error);
-  const TradeRun& run = comparison.runs[*advice.run];
+  const ComparedRun& run = comparison.runs[*advice.run];
   return fmt::format("{} %: {}  ({:.2g} s, at most {:.2g} %)", 100 * advice.error,
                      solve_command(comparison, run, origin), run.seconds,
                      100 * *error_at_most(comparison, run));

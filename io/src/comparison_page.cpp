@@ -167,7 +167,7 @@ std::string png(const Image& image) {
 class Page {
  public:
   Page(const Comparison& comparison, const ComparisonOrigin& origin) : all_(comparison), origin_(origin) {
-    for (const TradeRun& run : all_.runs)
+    for (const ComparedRun& run : all_.runs)
       if (std::find(methods_.begin(), methods_.end(), run.method) == methods_.end())
         methods_.push_back(run.method);
   }
@@ -192,7 +192,7 @@ details { margin-top: 0.6em; }
 </style></head><body>
 )";
     add("<h1>Speed against accuracy: {}</h1>\n", escaped(origin_.scene));
-    const TradeMesh& own = all_.meshes[all_.own];
+    const ComparedMesh& own = all_.meshes[all_.own];
     add("<p>{} patches, no edge longer than {:.3g} m, {} {}. All that follows was measured on this machine "
         "in {:.3g} s, by "
         "<code>{}</code>{}.</p>\n",
@@ -232,7 +232,7 @@ details { margin-top: 0.6em; }
             100 * line.error);
         continue;
       }
-      const TradeRun& run = all_.runs[*line.run];
+      const ComparedRun& run = all_.runs[*line.run];
       add("<p><b>{:g} %</b>: takes {:.2g} s and errs by at most {} (measured: {}).</p>\n<pre>{}</pre>\n",
           100 * line.error, run.seconds, percent(*error_at_most(all_, run)),
           percent(total ? run.total->rms : run.factors->rms), words(solve_command(all_, run, origin_)));
@@ -268,7 +268,7 @@ details { margin-top: 0.6em; }
             fmt::format("with points pt {} ps 0.9 lc rgb '{}'", kShapes[m % kShapes.size()], colour(method)),
             {}};
         for (std::size_t k = 0; k < points.size(); ++k) {
-          const TradeRun& run = all_.runs[index[k]];
+          const ComparedRun& run = all_.runs[index[k]];
           if (run.method == method && run.mesh == m)
             series.points.push_back({points[k].cost * scale, 100 * points[k].error});
         }
@@ -295,7 +295,7 @@ details { margin-top: 0.6em; }
     Series below{"below what the reference can tell", "with points pt 10 ps 1.1 lw 1.5 lc rgb '#000000'", {}};
     double first = HUGE_VAL, last = 0;
     const double noise = std::max(all_.factors.noise, 1e-9);
-    for (const TradeRun& run : all_.runs) {
+    for (const ComparedRun& run : all_.runs) {
       if (!run.factors) continue;
       const bool cells = run.settings.resolution > 0;
       Series& line = lines[{run.method, cells ? run.settings.samples : 0}];
@@ -334,7 +334,7 @@ details { margin-top: 0.6em; }
       const Eigen::ArrayXd* values;
     };
     std::vector<Map> maps;
-    for (const TradeRun& run : all_.runs)
+    for (const ComparedRun& run : all_.runs)
       if (run.where.size() > 0)
         maps.push_back({fmt::format("{} {}{}: {} rms", run.method, settings_text(run.settings),
                                     run.standard ? " (default)" : ", in place of its default",
@@ -368,7 +368,7 @@ details { margin-top: 0.6em; }
           png(paint(visibility, colours, camera, kWidth, kHeight, kSamples)), escaped(map.caption));
     }
     std::vector<std::string> missing;
-    for (const TradeRun& run : all_.runs)
+    for (const ComparedRun& run : all_.runs)
       if (run.standard && run.mesh == all_.own && !run.left_out.empty())
         missing.push_back(fmt::format("{} ({})", run.method, escaped(run.left_out)));
     std::vector<std::string> stops, ticks;
@@ -405,7 +405,7 @@ details { margin-top: 0.6em; }
                   {}};
       for (std::size_t m = 0; m < all_.meshes.size(); ++m) {
         double best = HUGE_VAL;
-        for (const TradeRun& run : all_.runs)
+        for (const ComparedRun& run : all_.runs)
           if (run.mesh == m && run.method == method && run.total) best = std::min(best, run.total->rms);
         if (best < HUGE_VAL) line.points.push_back({all_.meshes[m].size, 100 * std::max(best, 1e-9)});
       }
@@ -465,7 +465,7 @@ details { margin-top: 0.6em; }
     add("</table></div></details>\n");
   }
 
-  void add_reference(const TradeReference& reference, const char* what) {
+  void add_reference(const ComparedReference& reference, const char* what) {
     add("<li>{}: {} patches, {} with {} {}{}, {:.2g} s. Its form factors err by {}{}.</li>\n", what,
         reference.patches, reference.method, reference.settings.samples,
         reference.solves == 2 ? "rays from each" : "points in partial shadow",
@@ -494,7 +494,7 @@ details { margin-top: 0.6em; }
         "told</th><th>largest</th>"
         "<th>at most</th></tr>\n");
     for (std::size_t r = 0; r < all_.runs.size(); ++r) {
-      const TradeRun& run = all_.runs[r];
+      const ComparedRun& run = all_.runs[r];
       if (!run.left_out.empty()) continue;
       add("<tr{}><td "
           "class=\"l\">{}</td><td>{}</td><td>{}</td><td>{:.2g}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</"
@@ -510,13 +510,13 @@ details { margin-top: 0.6em; }
     }
     add("</table></div>\n");
     const auto left = std::count_if(all_.runs.begin(), all_.runs.end(),
-                                    [](const TradeRun& run) { return !run.left_out.empty(); });
+                                    [](const ComparedRun& run) { return !run.left_out.empty(); });
     if (left == 0) return;
     add("<details><summary>{} runs were left out</summary>\n<div class=\"wide\"><table><tr><th "
         "class=\"l\">method</th><th>setting</th><th>patches</th><th "
         "class=\"l\">why</th></tr>\n",
         left);
-    for (const TradeRun& run : all_.runs)
+    for (const ComparedRun& run : all_.runs)
       if (!run.left_out.empty())
         add("<tr><td class=\"l\">{}</td><td>{}</td><td>{}</td><td class=\"l\">{}</td></tr>\n", run.method,
             settings_text(run.settings), all_.meshes[run.mesh].patches, escaped(run.left_out));

@@ -19,7 +19,7 @@ void write_matrix_market(const std::filesystem::path& file, const FormFactors& f
     out << "%%MatrixMarket matrix coordinate real general\n";
     std::istringstream lines(comment);
     for (std::string line; std::getline(lines, line);) out << "% " << line << '\n';
-    // The number of entries is known only at the end: rows may be computed on demand, and once is dear enough.
+    // The number of entries is known only at the end: rows may be computed on demand, and once is expensive enough.
     const Index n = form_factors.size();
     const auto header = out.tellp();
     const auto write_header = [&](std::size_t entries) {

@@ -95,7 +95,7 @@ Json to_json(const FormFactorFacts& facts) {
   json["before"] = to_json(assembly.before);
   json["closed_scene"] = assembly.closed_scene;
   json["closed_rows"] = assembly.closed_rows;
-  json["blind_patches"] = assembly.blind_patches;
+  json["blind_patches"] = assembly.isolated_patches;
   const PairCounts& pairs = assembly.pairs;
   json["pairs"] = {{"behind", pairs.behind},
                    {"hidden", pairs.hidden},

@@ -31,9 +31,9 @@ struct End {
   Place on;  ///< on the polygon that the line belongs to
 };
 
-class Finder {
+class ContactFinder {
  public:
-  Finder(Surface& surface, double distance) : surface_(surface), distance_(distance) {
+  ContactFinder(Surface& surface, double distance) : surface_(surface), distance_(distance) {
     contacts_.distance = distance;
     planes_.reserve(at(surface.count()));
     takes_part_.reserve(at(surface.count()));
@@ -529,7 +529,7 @@ std::vector<Index> Contacts::chain(const std::vector<Vec3>& points, const Line& 
 }
 
 Contacts find_contacts(Surface& surface, double distance) {
-  return Finder(surface, distance).run();
+  return ContactFinder(surface, distance).run();
 }
 
 }  // namespace radiosity

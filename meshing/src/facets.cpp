@@ -24,9 +24,9 @@ struct Face {
   double deviation = 0;  // m: how far off the plane the corners are
 };
 
-class Finder {
+class WallFinder {
  public:
-  explicit Finder(const PatchMesh& mesh)
+  explicit WallFinder(const PatchMesh& mesh)
       : mesh_(mesh),
         position_(first_equal(mesh.vertices())),
         rounding_(tolerance::kDegenerateHeight *
@@ -387,7 +387,7 @@ class Finder {
 }  // namespace
 
 std::vector<Facet> facets(const PatchMesh& mesh) {
-  return Finder(mesh).find();
+  return WallFinder(mesh).find();
 }
 
 }  // namespace radiosity

@@ -58,7 +58,7 @@ class Budget {
 };
 
 struct Mesh {
-  TradeMesh facts;
+  ComparedMesh facts;
   Patches patches;
   std::unique_ptr<Visibility> visibility;
 };
@@ -75,7 +75,7 @@ std::unique_ptr<Mesh> make_mesh(const Scene& scene, const PatchOptions& options)
   auto out = std::make_unique<Mesh>(Mesh{{}, make_patches(scene, options), {}});
   const PatchMesh& mesh = out->patches.mesh;
   out->visibility = std::make_unique<Visibility>(mesh);
-  TradeMesh& facts = out->facts;
+  ComparedMesh& facts = out->facts;
   facts.options = options;
   facts.patches = mesh.patch_count();
   facts.size = out->patches.patch_size;
@@ -155,7 +155,7 @@ Eigen::ArrayXd where_wrong(const PatchMesh& mesh, const BandArray& radiosity, co
 }
 
 struct ReferenceSolution {
-  TradeReference facts;
+  ComparedReference facts;
   BandArray radiosity, noise;  // n × bands
   std::optional<FormFactorMatrix> f;
 };
@@ -206,7 +206,7 @@ class Comparer {
  private:
   struct Rung {
     const FormFactorMethodInfo* info;
-    TradeRun* run;
+    ComparedRun* run;
   };
 
   double predict(const Mesh& mesh, const FormFactorMethodInfo& info,
@@ -401,7 +401,7 @@ class Comparer {
       mesh->facts.own_noise = relative_rms(coarse, restrict_to(coarse, fine->patches.mesh, reference->noise),
                                            finer_.back() - coarse.emission());
     }
-    TradeReference& facts = out_.finer.emplace(reference->facts);
+    ComparedReference& facts = out_.finer.emplace(reference->facts);
     const Mesh& own = *meshes_[out_.own];
     facts.noise = own.facts.own_noise;
     out_.where_patches = where_wrong(own.patches.mesh, out_.radiosity, finer_[out_.own]);
@@ -442,7 +442,7 @@ class Comparer {
   // Why a rung cannot be judged.
   std::string too_fine(const Rung& rung) const {
     const auto& settings = rung.run->settings;
-    const auto finer_than = [&](const TradeReference& reference) {
+    const auto finer_than = [&](const ComparedReference& reference) {
       if (reference.method != rung.info->name) return false;
       // Fine patches are averaged: what counts of rays is how many a piece of surface sends.
       const double share = reference.method == kSampled
@@ -468,7 +468,7 @@ class Comparer {
           const bool standard =
               settings.samples == info.defaults.samples && settings.resolution == info.defaults.resolution;
           if (exact && !standard) continue;  // the settings change nothing
-          TradeRun& run = out_.runs.emplace_back();
+          ComparedRun& run = out_.runs.emplace_back();
           infos.push_back(&info);
           run.mesh = m;
           run.method = info.name;
@@ -481,17 +481,17 @@ class Comparer {
     std::vector<std::size_t> order(out_.runs.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     for (const std::size_t r : order) {
-      TradeRun& run = out_.runs[r];
+      ComparedRun& run = out_.runs[r];
       const bool exact = infos[r]->make(*meshes_[run.mesh]->visibility)->exact();
       if (!exact) run.left_out = too_fine({infos[r], &run});
       if (run.left_out.empty() && !budget_.interrupted())
         run.predicted_s = predict(*meshes_[run.mesh], *infos[r], run.settings);
     }
-    // The cheapest first, but for what is shown: a dear default would never get its turn.
-    const double dear = kPictureShare * std::max(0.0, budget_.left());
+    // The cheapest first, but for what is shown: an expensive default would never get its turn.
+    const double most_s = kPictureShare * std::max(0.0, budget_.left());
     const auto turn = [&](std::size_t r) {
-      const TradeRun& run = out_.runs[r];
-      const bool shown = run.standard && run.mesh == out_.own && run.predicted_s <= dear;
+      const ComparedRun& run = out_.runs[r];
+      const bool shown = run.standard && run.mesh == out_.own && run.predicted_s <= most_s;
       return std::pair{!shown, run.predicted_s};
     };
     std::stable_sort(order.begin(), order.end(),
@@ -500,7 +500,7 @@ class Comparer {
       if (out_.runs[r].left_out.empty()) run_one(*infos[r], out_.runs[r]);
   }
 
-  void run_one(const FormFactorMethodInfo& info, TradeRun& run) {
+  void run_one(const FormFactorMethodInfo& info, ComparedRun& run) {
     const Mesh& mesh = *meshes_[run.mesh];
     const double left = budget_.left();
     if (!budget_.go_on(budget_.elapsed() + left) || kSafety * run.predicted_s > left) {
@@ -536,8 +536,8 @@ class Comparer {
   }
 
   // One map per method: of the default, or of the finest that ran without it. Runs are in the order of the ladder.
-  void show(TradeRun& run, const BandArray& radiosity) {
-    for (TradeRun& other : out_.runs) {
+  void show(ComparedRun& run, const BandArray& radiosity) {
+    for (ComparedRun& other : out_.runs) {
       if (other.where.size() == 0 || other.method != run.method) continue;
       if (!run.standard && (other.standard || &other > &run)) return;
       other.where.resize(0);
@@ -608,11 +608,11 @@ std::vector<FormFactorOptions> ladder(const FormFactorMethodInfo& method) {
   return steps;
 }
 
-double TradeReference::own_error() const {
+double ComparedReference::own_error() const {
   return std::hypot(noise, patch_error.value_or(0));
 }
 
-std::optional<double> error_at_most(const Comparison& comparison, const TradeRun& run) {
+std::optional<double> error_at_most(const Comparison& comparison, const ComparedRun& run) {
   if (run.total)
     return run.total->rms +
            std::hypot(comparison.meshes[run.mesh].own_noise, comparison.finer->patch_error.value_or(0));
@@ -623,7 +623,7 @@ std::optional<double> error_at_most(const Comparison& comparison, const TradeRun
 Measured measured(const Comparison& comparison) {
   Measured out;
   for (std::size_t r = 0; r < comparison.runs.size(); ++r) {
-    const TradeRun& run = comparison.runs[r];
+    const ComparedRun& run = comparison.runs[r];
     const auto error = error_at_most(comparison, run);
     if (!error) continue;
     out.index.push_back(r);

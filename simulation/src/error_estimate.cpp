@@ -162,7 +162,7 @@ Noise form_factor_error(const SolvedProblem& problem, const FormFactorMethod& me
         BandArray::Zero(problem.solution.radiosity.rows(), problem.solution.radiosity.cols());
     return {Eigen::ArrayXd::Zero(none.cols()), none};
   }
-  // Cells are dear, and what they are wrong by falls with the size of the patches, as viewpoints then stand closer: unless lamps
+  // Cells are expensive, and what they are wrong by falls with the size of the patches, as viewpoints then stand closer: unless lamps
   // are among what they see on one mesh only. Rays are cheap, a sixteenth of them on the same mesh.
   const bool larger =
       twice != nullptr && method.options().resolution > 0 && (twice->solved.lamps > 0) == (problem.lamps > 0);
@@ -203,7 +203,7 @@ PatchError patch_error(const SolvedProblem& problem, const Coarser& twice, const
   half.maxCoeff(&band);
   const double ratio = half[band] > 0 ? std::sqrt(quarter[band] / half[band]) : 0;
   // 2^p. Where shadows end inside of patches p is 3/2 in the end, however well the smooth light does on coarse meshes. Where p
-  // is above 2, the coarsest mesh is too coarse for an order, and the least is taken: what furnished rooms show (docs/honesty.md).
+  // is above 2, the coarsest mesh is too coarse for an order, and the least is taken: what furnished rooms show (docs/calibration.md).
   constexpr double kLeastOrder = 1.15;
   const double measured = ratio - 1;
   const double gain = std::clamp(measured <= 5 ? measured : 0, std::exp2(kLeastOrder), std::sqrt(8.0));

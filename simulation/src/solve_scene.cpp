@@ -67,9 +67,9 @@ class Prepared {
     }
     std::vector<std::string> warnings;
     const Index n = out_.patches.mesh.patch_count();
-    if (assembly.completed && assembly.blind_patches > 0 && !look_outwards_)
+    if (assembly.completed && assembly.isolated_patches > 0 && !look_outwards_)
       warnings.push_back(fmt::format("{} of {} {} see no other patch: they keep their own emission",
-                                     assembly.blind_patches, n, n == 1 ? "patch" : "patches"));
+                                     assembly.isolated_patches, n, n == 1 ? "patch" : "patches"));
     if (assembly.completed)
       warnings.insert(warnings.end(), assembly.warnings.begin(), assembly.warnings.end());
     ended(SolveStage::form_factors, warnings);
@@ -182,6 +182,7 @@ SolvedScene solve_once(const SceneToSolve& task, const SceneSettings& settings, 
   std::unique_ptr<FormFactors> form_factors;
   if (stored) {
     form_factors = std::make_unique<FormFactorMatrix>(prepared.form_factors());
+    if (!task.options.estimate_error) assembly.pair_rows.reset();
   } else {
     out.form_factors.storage = FormFactorStorage::rows;
     form_factors = std::make_unique<RowsOnDemand>(*prepared.chosen().method, prepared.visibility());

@@ -15,10 +15,10 @@ namespace {
 
 constexpr Index kPilotPatches = 600;  // seconds at most, whatever the method
 
-// Methods that are tried, too, where the plan costs that much without them.
+// Methods that are tried, too, where the plan takes longer than this without them.
 struct OtherPilot {
   std::string_view method;
-  double dear_s;
+  double least_s;
 };
 constexpr std::array kOtherPilots{OtherPilot{"hemisphere", 0.5}, OtherPilot{"analytic", 10}};
 constexpr Index kManyPatches = 10 * kPilotPatches;  // beyond which no pilot is a small solve
@@ -100,7 +100,7 @@ class Rounds {
       if (task_.watch.stopped() || reached()) return;
       if (rays && other.method == "hemisphere") continue;
       const auto plan = plan_accuracy(report_.rounds, limits());
-      if (plan && plan->seconds < other.dear_s) return;
+      if (plan && plan->seconds < other.least_s) return;
       first.method = other.method;
       pilot(first);
     }

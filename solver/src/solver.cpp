@@ -101,10 +101,10 @@ struct DistinctBands {
 };
 
 // Each band scaled by the power of two that brings its brightest patch to [1, 2): exact, and squares neither overflow nor vanish.
-struct Scaling {
+struct BandScaling {
   std::vector<int> exponent;
 
-  explicit Scaling(const BandArray& emission) {
+  explicit BandScaling(const BandArray& emission) {
     for (Eigen::Index b = 0; b < emission.cols(); ++b)
       exponent.push_back(std::ilogb(emission.col(b).maxCoeff()));
   }
@@ -237,7 +237,7 @@ SolveResult Solver::solve(const RadiositySystem& given, const SolverOptions& opt
   }
 
   const BandArray source = bands.reduced(result.radiosity);
-  const Scaling scaling(source);
+  const BandScaling scaling(source);
   const RadiositySystem system = given.with_bands(
       bands.reduced(given.reflectance()), scaling.apply(source, -1), bands.reduced(given.absorptance()));
   State state{system.emission(), BandValues::Ones(system.bands()), BandValues::Ones(system.bands())};

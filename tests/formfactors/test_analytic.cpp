@@ -6,9 +6,9 @@
 #include <functional>
 #include <numbers>
 
-#include "support/closed_forms.hpp"
-#include "support/method_setup.hpp"
-#include "support/scenes.hpp"
+#include "cases/closed_forms.hpp"
+#include "cases/method_setup.hpp"
+#include "cases/scenes.hpp"
 
 namespace radiosity::test {
 namespace {

@@ -9,12 +9,13 @@
 #include <set>
 #include <thread>
 
+#include "cases/method_setup.hpp"
+#include "cases/scenes.hpp"
 #include "radiosity/formfactors/threads.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/meshing/make_patches.hpp"
 #include "support/brute_force.hpp"
-#include "support/method_setup.hpp"
-#include "support/scenes.hpp"
+#include "support/parameters.hpp"
 
 namespace radiosity::test {
 namespace {
@@ -63,7 +64,7 @@ TEST_P(Assembly, ClosesClosedScenesWithoutBreakingReciprocity) {
     const Assembled a = assembled(setup);
     EXPECT_TRUE(a.report.completed);
     EXPECT_TRUE(a.report.closed_scene);
-    EXPECT_EQ(a.report.blind_patches, 0);
+    EXPECT_EQ(a.report.isolated_patches, 0);
     EXPECT_LT((a.f.rowwise().sum().array() - 1).abs().maxCoeff(), 1e-6);
     EXPECT_LT(reciprocity_error(a.f, mesh.areas()), 1e-6);
     EXPECT_GE(a.f.minCoeff(), -1e-6);
@@ -331,7 +332,7 @@ TEST_P(Assembly, ClosesARoomWithABoxOnTheFloor) {
     EXPECT_NEAR(a.f.row(i).sum(), covered ? 0 : 1, 1e-6) << "patch at " << c.transpose();
   }
   EXPECT_GT(blind, 0);
-  EXPECT_EQ(a.report.blind_patches, blind);
+  EXPECT_EQ(a.report.isolated_patches, blind);
   EXPECT_LT(reciprocity_error(a.f, mesh.areas()), 1e-6);
 }
 
@@ -340,7 +341,7 @@ TEST_P(Assembly, ReportsPatchesThatSeeNothing) {
   const MethodSetup setup(MeshBuilder().grid({0, 0, 0}, x, y, 1, 1).grid({0, 0, -1}, y, x, 2, 1).build(),
                           info());
   const Assembled a = assembled(setup);
-  EXPECT_EQ(a.report.blind_patches, 3);
+  EXPECT_EQ(a.report.isolated_patches, 3);
   EXPECT_EQ(a.f.cwiseAbs().maxCoeff(), 0);
   EXPECT_DOUBLE_EQ(a.matrix.escaped(0), 1);
 }
@@ -367,7 +368,7 @@ class GivenRows final : public FormFactorMethod {
   bool exact() const override { return false; }
   std::uint64_t rays() const override { return 0; }
   FormFactorOptions options() const override { return {}; }
-  double grain() const override { return 1e-6; }
+  double direction_share() const override { return 1e-6; }
   Index max_entries_per_row() const override { return static_cast<Index>(f_.cols()); }
 
  private:

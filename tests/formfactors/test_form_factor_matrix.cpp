@@ -5,10 +5,10 @@
 
 #include <limits>
 
+#include "cases/matrices.hpp"
+#include "cases/scenes.hpp"
 #include "radiosity/formfactors/threads.hpp"
 #include "radiosity/meshing/error.hpp"
-#include "support/matrices.hpp"
-#include "support/scenes.hpp"
 
 namespace radiosity::test {
 namespace {

@@ -6,14 +6,14 @@
 #include <numbers>
 #include <vector>
 
+#include "cases/closed_forms.hpp"
+#include "cases/method_setup.hpp"
+#include "cases/scenes.hpp"
 #include "item_buffer.hpp"
 #include "methods.hpp"
 #include "radiosity/formfactors/assemble.hpp"
 #include "support/brute_force.hpp"
-#include "support/closed_forms.hpp"
-#include "support/method_setup.hpp"
 #include "support/sanitized.hpp"
-#include "support/scenes.hpp"
 
 namespace radiosity::test {
 namespace {

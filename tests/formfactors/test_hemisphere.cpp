@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "support/method_setup.hpp"
-#include "support/scenes.hpp"
+#include "cases/method_setup.hpp"
+#include "cases/scenes.hpp"
 
 namespace radiosity::test {
 namespace {

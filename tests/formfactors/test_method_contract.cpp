@@ -8,13 +8,14 @@
 #include <numbers>
 #include <set>
 
+#include "cases/closed_forms.hpp"
+#include "cases/method_setup.hpp"
+#include "cases/scenes.hpp"
 #include "radiosity/formfactors/assemble.hpp"
 #include "radiosity/formfactors/threads.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "support/brute_force.hpp"
-#include "support/closed_forms.hpp"
-#include "support/method_setup.hpp"
-#include "support/scenes.hpp"
+#include "support/parameters.hpp"
 
 namespace radiosity::test {
 namespace {

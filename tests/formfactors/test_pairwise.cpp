@@ -6,10 +6,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "cases/closed_forms.hpp"
+#include "cases/method_setup.hpp"
+#include "cases/scenes.hpp"
 #include "radiosity/formfactors/assemble.hpp"
-#include "support/closed_forms.hpp"
-#include "support/method_setup.hpp"
-#include "support/scenes.hpp"
+#include "support/parameters.hpp"
 
 namespace radiosity::test {
 namespace {

@@ -5,11 +5,12 @@
 
 #include <cmath>
 
+#include "cases/method_setup.hpp"
+#include "cases/scenes.hpp"
 #include "radiosity/formfactors/assemble.hpp"
 #include "radiosity/meshing/make_patches.hpp"
-#include "support/method_setup.hpp"
+#include "support/parameters.hpp"
 #include "support/sanitized.hpp"
-#include "support/scenes.hpp"
 
 namespace radiosity::test {
 namespace {
@@ -136,7 +137,7 @@ TEST_P(Bounds, AFurnishedRoomIsClosed) {
     EXPECT_NEAR(f.row(i).sum(), setup.visibility.covered(i) ? 0 : 1, 1e-6) << "row " << i;
   }
   EXPECT_GT(covered, 0);
-  EXPECT_EQ(report.blind_patches, covered);
+  EXPECT_EQ(report.isolated_patches, covered);
 }
 
 TEST(Covered, AreNotTheTwoSidesOfAWall) {

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <map>
 
+#include "cases/closed_forms.hpp"
+#include "cases/scenes.hpp"
 #include "support/brute_force.hpp"
-#include "support/closed_forms.hpp"
-#include "support/scenes.hpp"
 
 namespace radiosity::test {
 namespace {

@@ -67,7 +67,7 @@ class SidesTest : public testing::Test {
 TEST_F(SidesTest, InAClosedRoomNothingMeetsABack) {
   box({0, 0, 0}, {1, 1, 1}, true);
   EXPECT_EQ(seen().backs, 0);
-  EXPECT_EQ(seen().blind, 0);
+  EXPECT_EQ(seen().isolated, 0);
   EXPECT_THAT(warnings(), IsEmpty());
 }
 
@@ -75,7 +75,7 @@ TEST_F(SidesTest, ARoomWithItsFrontsOutwardsIsRecognisedWithTheCure) {
   box({0, 0, 0}, {1, 1, 1}, false, false);
   sheet(0, 0, 1, 1, 1, true, kLamp);
   EXPECT_TRUE(seen().look_outwards);
-  EXPECT_EQ(seen().blind, 1);
+  EXPECT_EQ(seen().isolated, 1);
   EXPECT_THAT(warnings(), ElementsAre(AllOf(HasSubstr("fronts look outwards"), HasSubstr("flip = true"))));
 }
 

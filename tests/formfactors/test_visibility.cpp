@@ -11,7 +11,7 @@
 #include <new>
 #include <numbers>
 
-#include "support/scenes.hpp"
+#include "cases/scenes.hpp"
 
 namespace radiosity::test {
 namespace {

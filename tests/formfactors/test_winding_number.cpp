@@ -6,9 +6,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "cases/scenes.hpp"
 #include "radiosity/formfactors/visibility.hpp"
 #include "radiosity/meshing/tolerances.hpp"
-#include "support/scenes.hpp"
 
 namespace radiosity::test {
 namespace {

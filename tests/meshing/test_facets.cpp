@@ -5,9 +5,9 @@
 
 #include <algorithm>
 
+#include "cases/scenes.hpp"
 #include "radiosity/meshing/make_patches.hpp"
 #include "shapes.hpp"
-#include "support/scenes.hpp"
 
 namespace radiosity::test {
 namespace {

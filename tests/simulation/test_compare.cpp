@@ -5,8 +5,8 @@
 
 #include <cmath>
 
+#include "cases/scenes.hpp"
 #include "radiosity/meshing/error.hpp"
-#include "support/scenes.hpp"
 
 namespace radiosity::test {
 namespace {
@@ -94,7 +94,7 @@ TEST(Compare, FindsNoErrorOfExactFactorsAndSaysWhyRunsAreMissing) {
   EXPECT_EQ(all.finer->method, "analytic");
   EXPECT_GT(all.finer->patches, 96);
   [[maybe_unused]] bool exact_ran = false;
-  for (const TradeRun& run : all.runs) {
+  for (const ComparedRun& run : all.runs) {
     if (!run.left_out.empty()) {
       EXPECT_FALSE(run.total || run.factors);
       continue;
@@ -114,7 +114,7 @@ TEST(Compare, FindsNoErrorOfExactFactorsAndSaysWhyRunsAreMissing) {
   // One map per method that ran on the user's patches, of the default where that did.
   for (const FormFactorMethodInfo& method : form_factor_methods()) {
     int ran = 0, shown = 0, defaults = 0, shown_defaults = 0;
-    for (const TradeRun& run : all.runs) {
+    for (const ComparedRun& run : all.runs) {
       if (run.method != method.name || run.mesh != all.own || !run.left_out.empty()) continue;
       ++ran;
       defaults += run.standard;

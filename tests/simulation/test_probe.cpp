@@ -6,14 +6,14 @@
 #include <cmath>
 #include <numbers>
 
+#include "cases/closed_forms.hpp"
+#include "cases/path_tracer.hpp"
+#include "cases/scenes.hpp"
 #include "radiosity/formfactors/assemble.hpp"
 #include "radiosity/formfactors/threads.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/meshing/make_patches.hpp"
 #include "radiosity/solver/solution.hpp"
-#include "support/closed_forms.hpp"
-#include "support/path_tracer.hpp"
-#include "support/scenes.hpp"
 
 namespace radiosity::test {
 namespace {

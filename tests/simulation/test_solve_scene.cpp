@@ -6,8 +6,9 @@
 #include <thread>
 #include <utility>
 
+#include "cases/scenes.hpp"
+#include "radiosity/formfactors/threads.hpp"
 #include "radiosity/meshing/error.hpp"
-#include "support/scenes.hpp"
 
 namespace radiosity::test {
 namespace {
@@ -127,6 +128,22 @@ TEST(SolveScene, DoesNotStoreWhatItsSolverReadsOnce) {
   EXPECT_EQ(solved.form_factors.bytes, 0U);
   EXPECT_TRUE(solved.converged());
   EXPECT_FALSE(solved.error.has_value());
+}
+
+TEST(SolveScene, ShootsOnMoreThreadsThanThereAreCores) {
+  // What lamps are computed pair by pair from is built when the first row asks for it, while other threads shoot.
+  SceneSettings settings;
+  settings.patches = PatchSize{0.5};
+  settings.method = "hemisphere";
+  settings.samples = 64;
+  settings.solver = "progressive";
+  settings.max_iterations = 20;
+  const auto radiosity = [&](int threads) {
+    const ThreadLimit limit(threads);
+    return solve_scene(two_furnished_rooms(), settings).solution.radiosity;
+  };
+  const BandArray alone = radiosity(1);
+  for (int run = 0; run < 3; ++run) EXPECT_TRUE((radiosity(16) == alone).all());
 }
 
 TEST(SolveScene, GivesSheetsTheirBacks) {

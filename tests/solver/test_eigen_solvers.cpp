@@ -5,11 +5,11 @@
 #include <Eigen/IterativeLinearSolvers>
 #include <Eigen/LU>
 
+#include "cases/method_setup.hpp"
+#include "cases/scenes.hpp"
 #include "radiosity/formfactors/assemble.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/solver/solver.hpp"
-#include "support/method_setup.hpp"
-#include "support/scenes.hpp"
 
 namespace radiosity::test {
 namespace {

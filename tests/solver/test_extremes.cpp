@@ -2,7 +2,7 @@
 // Every row of docs/limits.md.
 #include <gtest/gtest.h>
 
-#include "support/limits.hpp"
+#include "cases/limits.hpp"
 
 namespace radiosity::test {
 namespace {

@@ -6,11 +6,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cases/method_setup.hpp"
+#include "cases/scenes.hpp"
 #include "radiosity/formfactors/assemble.hpp"
 #include "radiosity/meshing/make_patches.hpp"
 #include "radiosity/solver/solution.hpp"
-#include "support/method_setup.hpp"
-#include "support/scenes.hpp"
+#include "support/parameters.hpp"
 
 namespace radiosity::test {
 namespace {

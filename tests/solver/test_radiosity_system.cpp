@@ -6,10 +6,10 @@
 
 #include <limits>
 
+#include "cases/matrices.hpp"
+#include "cases/scenes.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/solver/solution.hpp"
-#include "support/matrices.hpp"
-#include "support/scenes.hpp"
 
 namespace radiosity::test {
 namespace {

@@ -7,12 +7,13 @@
 #include <cmath>
 #include <limits>
 
+#include "cases/method_setup.hpp"
+#include "cases/scenes.hpp"
 #include "radiosity/formfactors/assemble.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/meshing/make_patches.hpp"
 #include "radiosity/solver/solver.hpp"
-#include "support/method_setup.hpp"
-#include "support/scenes.hpp"
+#include "support/parameters.hpp"
 
 namespace radiosity::test {
 namespace {

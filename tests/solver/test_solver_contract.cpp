@@ -10,12 +10,13 @@
 #include <limits>
 #include <set>
 
+#include "cases/method_setup.hpp"
+#include "cases/scenes.hpp"
 #include "radiosity/formfactors/assemble.hpp"
 #include "radiosity/formfactors/threads.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/solver/solution.hpp"
-#include "support/method_setup.hpp"
-#include "support/scenes.hpp"
+#include "support/parameters.hpp"
 
 namespace radiosity::test {
 namespace {

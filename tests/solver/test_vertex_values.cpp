@@ -4,9 +4,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "cases/scenes.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/solver/solution.hpp"
-#include "support/scenes.hpp"
 
 namespace radiosity::test {
 namespace {

@@ -13,7 +13,7 @@
 #include <stdexcept>
 #include <tuple>
 
-#include "support/scenes.hpp"
+#include "cases/scenes.hpp"
 
 namespace radiosity::test {
 namespace {

@@ -44,11 +44,11 @@ struct AssemblyReport {
   Index lamps = 0;          ///< patches that emit whose factors were computed pair by pair instead of sampled
   Index pairwise = 0;       ///< all such patches, whatever the reason
   std::shared_ptr<const PairRows> pair_rows;  ///< their factors; null where the method looks at pairs anyway
-  Index blind_patches = 0;                    ///< see no patch at all
+  Index isolated_patches = 0;                 ///< see no patch at all
   /// Nearly touch others and are too many to be computed pair by pair: their factors are wrong, and nothing tells by how much.
   Index unreliable = 0;
   std::uint64_t rays = 0;
-  PairCounts pairs;  ///< of the method itself, patches singled out of sampled methods not included
+  PairCounts pairs;  ///< of the method itself, patches computed pair by pair in sampled methods not included
   std::vector<std::string> warnings;
 
   /// Share of what leaves the patches, on average, that restoring could not place: patches that nearly only see each other need

@@ -61,7 +61,7 @@ class FormFactorMethod {
   virtual Index max_entries_per_row() const = 0;
 
   /// The share of the hemisphere that one ray or one cell answers for at most; 0 where the method looks at pairs.
-  virtual double grain() const { return 0; }
+  virtual double direction_share() const { return 0; }
 
   /// Rays cast so far.
   virtual std::uint64_t rays() const { return 0; }

@@ -20,7 +20,7 @@ struct SeenSides {
   /// The same of what the lamps emit, whatever they see.
   double lamp_backs = 0;
   std::vector<double> lamp_backs_of;
-  double blind = 0;  ///< share of the area that sees no front
+  double isolated = 0;  ///< share of the area that sees no front
   bool look_outwards =
       false;  ///< nearly nothing sees a front, because the fronts look away from the middle, lamps included
 };

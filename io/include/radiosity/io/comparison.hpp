@@ -25,7 +25,8 @@ struct ComparisonOrigin {
 void require_comparison_directory(const std::filesystem::path& directory);
 
 /// The command that repeats a run, e.g. "radiosity solve room.toml -o room.vtp --patch-size 0.1 --method hemisphere --samples 256".
-std::string solve_command(const Comparison& comparison, const TradeRun& run, const ComparisonOrigin& origin);
+std::string solve_command(const Comparison& comparison, const ComparedRun& run,
+                          const ComparisonOrigin& origin);
 
 /// For an accuracy, the cheapest run that errs by no more (see error_at_most).
 struct Advice {

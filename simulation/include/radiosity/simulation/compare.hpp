@@ -48,7 +48,7 @@ std::optional<std::size_t> cheapest(std::span<const CostAndError> points, double
 std::vector<FormFactorOptions> ladder(const FormFactorMethodInfo& method);
 
 /// One of the meshes that are compared.
-struct TradeMesh {
+struct ComparedMesh {
   PatchOptions options;  ///< that make it
   double size = 0;       ///< m, the longest edge that was allowed, or that there is where nothing was divided
   Index patches = 0;
@@ -57,7 +57,7 @@ struct TradeMesh {
 };
 
 /// A method at one setting on one mesh.
-struct TradeRun {
+struct ComparedRun {
   std::size_t mesh = 0;  ///< of Comparison::meshes
   std::string method;
   FormFactorOptions settings;  ///< in force
@@ -88,7 +88,7 @@ struct SolverRun {
 };
 
 /// What the runs are held against.
-struct TradeReference {
+struct ComparedReference {
   std::string method;
   FormFactorOptions settings;
   int solves = 1;  ///< averaged, with different seeds; or the better of two resolutions
@@ -106,13 +106,13 @@ struct TradeReference {
 };
 
 struct Comparison {
-  std::vector<TradeMesh> meshes;  ///< coarse to fine
+  std::vector<ComparedMesh> meshes;  ///< coarse to fine
   std::size_t own = 0;            ///< the user's mesh among them
   std::optional<PatchMesh> mesh;  ///< that mesh; always there
   BandArray radiosity;            ///< the reference there, n × bands, W/m²
-  TradeReference factors;         ///< same patches
-  std::optional<TradeReference> finer;
-  std::vector<TradeRun> runs;  ///< by mesh, method and setting
+  ComparedReference factors;         ///< same patches
+  std::optional<ComparedReference> finer;
+  std::vector<ComparedRun> runs;  ///< by mesh, method and setting
   std::vector<SolverRun> solvers;
   std::vector<std::string> notes;
   double seconds = 0, budget_s = 0;
@@ -123,7 +123,7 @@ struct Comparison {
 
 /// What a run errs by at most: what was measured, plus what the reference errs by itself. Against the finer reference where there
 /// is one, otherwise of the factors alone; nothing where neither was measured.
-std::optional<double> error_at_most(const Comparison& comparison, const TradeRun& run);
+std::optional<double> error_at_most(const Comparison& comparison, const ComparedRun& run);
 
 /// Those of `runs` that were measured, with `error_at_most`; `index` tells which.
 struct Measured {

@@ -51,7 +51,7 @@ struct SolvedProblem {
 /// Form factors: the same mesh with fewer samples. Where the method samples, the two are independent; if the cheaper one has r
 /// times the variance, the rms of the difference D is √(1 + r) times the error of the better one. Where it is
 /// deterministic and its error falls as 1/N with the number of points, D is N/N' − 1 times that error. Methods that are exact
-/// have none. Hemicubes, which are dear, are compared on patches of twice the size instead, and D is halved, as their error
+/// have none. Hemicubes, which are expensive, are compared on patches of twice the size instead, and D is halved, as their error
 /// falls with the size (unless lamps are computed pair by pair on only one of the two meshes).
 ///
 /// Patches: meshes of two and four times the patch size h, compared with B averaged over their patches. With an error C h^p

@@ -35,7 +35,7 @@ struct SolveReport {
   Index iterations = 0;  ///< passes over F (gathering) or shots (shooting)
   /// Unaccounted share of the power, the largest over bands b and over components C of the scene, which exchange no light:
   ///   Σ_{i∈C} A_i |E_i − B_i + ρ_i Σ_j F_ij B_j| / Σ_{i∈C} A_i E_i    (E + ρ H₀ for E where light comes from outside),
-  /// recomputed from B by the shell. Where rows of F are computed on demand it is the solver's own estimate, the share of
+  /// recomputed from B by Solver::solve. Where rows of F are computed on demand it is the solver's own estimate, the share of
   /// unshot power of the whole scene.
   double residual = 0;
   std::vector<double> history;  ///< residual estimate after each iteration, the starting value first
@@ -54,7 +54,7 @@ struct SolveResult {
   SolveReport report;
 };
 
-/// Solves B = E + ρ (H₀ + F B). Authors implement `iterate`; the shell checks inputs, leaves out bands that are dark, black or equal to
+/// Solves B = E + ρ (H₀ + F B). Authors implement `iterate`; `solve` checks inputs, leaves out bands that are dark, black or equal to
 /// another, scales the others, stops, and recomputes the residual.
 class Solver {
  public:
@@ -72,7 +72,7 @@ class Solver {
   virtual Index default_max_iterations(Index patches) const = 0;
 
  protected:
-  /// What `iterate` reports to the shell after each iteration: an estimate of the residual. False means: stop now.
+  /// What `iterate` reports to `solve` after each iteration: an estimate of the residual. False means: stop now.
   using Step = std::function<bool(double residual)>;
 
   struct State {

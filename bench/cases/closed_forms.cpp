@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "support/closed_forms.hpp"
+#include "cases/closed_forms.hpp"
 
 #include <cmath>
 #include <numbers>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "support/limits.hpp"
+#include "cases/limits.hpp"
 
 #include <fmt/format.h>
 
@@ -8,14 +8,14 @@
 #include <limits>
 #include <numbers>
 
+#include "cases/closed_forms.hpp"
+#include "cases/matrices.hpp"
+#include "cases/method_setup.hpp"
+#include "cases/scenes.hpp"
+#include "cases/trapped.hpp"
 #include "radiosity/formfactors/assemble.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/solver/solution.hpp"
-#include "support/closed_forms.hpp"
-#include "support/matrices.hpp"
-#include "support/method_setup.hpp"
-#include "support/scenes.hpp"
-#include "support/trapped.hpp"
 
 namespace radiosity::test {
 namespace {

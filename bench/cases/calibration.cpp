@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "support/honesty.hpp"
+#include "cases/calibration.hpp"
 
 #include <fmt/format.h>
 
 #include <cmath>
 
-#include "radiosity/simulation/error_estimate.hpp"
-#include "support/scenes.hpp"
+#include "cases/scenes.hpp"
+#include "radiosity/simulation/solve_scene.hpp"
 
 namespace radiosity::test {
 namespace {
@@ -34,27 +34,15 @@ std::string name_of(const Setting& setting) {
   return name;
 }
 
-struct Solved {
-  Patches patches;
-  BandArray radiosity;
-  std::optional<ErrorEstimate> estimate;
-};
-
-Solved solve_scene(const Scene& scene, const PatchOptions& patch_options, const Setting& setting,
-                   bool estimate) {
-  Solved out{make_patches(scene, patch_options), {}, {}};
-  const Visibility visibility(out.patches.mesh);
-  const FormFactorMethodInfo& info = find_form_factor_method(setting.method);
-  AssemblyReport assembly;
-  const FormFactorMatrix f = assemble(*info.make(visibility, setting.options), visibility, {}, &assembly);
-  const auto solver = find_solver("conjugate-gradient").make();
-  const Solution solution = solve(*solver, RadiositySystem(f, out.patches.mesh), out.patches.mesh);
-  out.radiosity = solution.radiosity;
-  if (estimate)
-    out.estimate = estimate_error({scene, out.patches, visibility, info, setting.options, AssemblyOptions{},
-                                   *solver, SolverOptions{}, solution, assembly.lamps, assembly.unrestored(),
-                                   assembly.unreliable, assembly.pair_rows});
-  return out;
+SolvedScene solved(const Scene& scene, const PatchOptions& patches, const Setting& setting, bool estimate) {
+  SceneSettings settings;
+  settings.patches = patches;
+  settings.method = std::string(setting.method);
+  settings.samples = setting.options.samples;
+  settings.resolution = setting.options.resolution;
+  SolveOptions options;
+  options.estimate_error = estimate;
+  return solve_scene(scene, settings, options);
 }
 
 double relative(const PatchMesh& mesh, const BandArray& b, const BandArray& exact) {
@@ -70,37 +58,38 @@ double relative(const PatchMesh& mesh, const BandArray& b, const BandArray& exac
 
 }  // namespace
 
-std::vector<Honesty> honesty(int rooms, const std::function<void(const Honesty&)>& seen,
-                             std::string_view method) {
+std::vector<CalibrationCase> calibration(int rooms, const std::function<void(const CalibrationCase&)>& seen,
+                                         std::string_view method) {
   const std::vector<Setting> settings = settings_of(method);
-  std::vector<Honesty> all;
+  std::vector<CalibrationCase> all;
   const auto add = [&](const std::string& scene, const Setting& setting, double truth, double estimate) {
     all.push_back({scene, name_of(setting), truth, estimate});
     if (seen) seen(all.back());
   };
   const auto against_finer = [&](const std::string& name, const Scene& scene,
                                  std::initializer_list<double> sizes, double finest) {
-    const Solved reference = solve_scene(scene, PatchSize{finest}, {"analytic", {}}, false);
+    const SolvedScene reference = solved(scene, PatchSize{finest}, {"analytic", {}}, false);
     for (const double size : sizes)
       for (const Setting& setting : settings) {
-        const Solved solved = solve_scene(scene, PatchSize{size}, setting, true);
-        const BandArray exact = restrict_to(solved.patches.mesh, reference.patches.mesh, reference.radiosity);
-        add(fmt::format("{}, {} patches", name, solved.patches.mesh.patch_count()), setting,
-            relative(solved.patches.mesh, solved.radiosity, exact), solved.estimate->known);
+        const SolvedScene result = solved(scene, PatchSize{size}, setting, true);
+        const BandArray exact =
+            restrict_to(result.patches.mesh, reference.patches.mesh, reference.solution.radiosity);
+        add(fmt::format("{}, {} patches", name, result.patches.mesh.patch_count()), setting,
+            relative(result.patches.mesh, result.solution.radiosity, exact), result.error->known);
       }
   };
   against_finer("cube, ρ = ½", lit_cube(0.5, 0.5, 0.5), {0.25, 0.125}, 1.0 / 32);
   against_finer("cube, ρ = 0.2, 0.7, 0.5", lit_cube(0.2, 0.7, 0.5), {0.25, 0.125}, 1.0 / 32);
 
   for (const Setting& setting : settings) {  // R1: B = E/(1 − ρ); what the box covers sees nothing
-    const Solved solved = solve_scene(box_on_floor(), PatchSize{0.17}, setting, true);
-    const PatchMesh& mesh = solved.patches.mesh;
+    const SolvedScene result = solved(box_on_floor(), PatchSize{0.17}, setting, true);
+    const PatchMesh& mesh = result.patches.mesh;
     const Visibility visibility(mesh);
     BandArray exact = BandArray::Constant(mesh.patch_count(), 1, 2);
     for (Index i = 0; i < mesh.patch_count(); ++i)
       if (visibility.covered(i)) exact(i, 0) = 1;
     add(fmt::format("furnace with a box, {} patches", mesh.patch_count()), setting,
-        relative(mesh, solved.radiosity, exact), solved.estimate->known);
+        relative(mesh, result.solution.radiosity, exact), result.error->known);
   }
 
   MeshBuilder ball;
@@ -111,11 +100,12 @@ std::vector<Honesty> honesty(int rooms, const std::function<void(const Honesty&)
                                concentric_spheres(1, 2, grey("inner", 0.5, 1), grey("outer", 0.7, 0))}};
   for (const auto& [name, mesh] : kept) {
     const Scene scene = scene_of(mesh);
-    const Solved exact = solve_scene(scene, KeepFaces{}, {"analytic", {.samples = 256}}, false);
+    const SolvedScene exact = solved(scene, KeepFaces{}, {"analytic", {.samples = 256}}, false);
     for (const Setting& setting : settings) {
-      const Solved solved = solve_scene(scene, KeepFaces{}, setting, true);
+      const SolvedScene result = solved(scene, KeepFaces{}, setting, true);
       add(fmt::format("{}, {} faces", name, mesh.patch_count()), setting,
-          relative(solved.patches.mesh, solved.radiosity, exact.radiosity), solved.estimate->known);
+          relative(result.patches.mesh, result.solution.radiosity, exact.solution.radiosity),
+          result.error->known);
     }
   }
   for (int room = 1; room <= rooms; ++room)

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "support/matrices.hpp"
+#include "cases/matrices.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <mutex>
 
-#include "support/scenes.hpp"
+#include "cases/scenes.hpp"
 
 namespace radiosity::test {
 

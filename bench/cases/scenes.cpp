@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "support/scenes.hpp"
+#include "cases/scenes.hpp"
 
 #include <cmath>
 #include <map>

@@ -9,7 +9,7 @@
 namespace radiosity::test {
 
 /// A solution whose error is known, and what estimate_error said of it.
-struct Honesty {
+struct CalibrationCase {
   std::string scene, method;
   double truth = 0, estimate = 0;  ///< √(Σ A e² / Σ A (B − E)²)
   /// Estimate over truth; where neither is more than rounding, 1.
@@ -19,7 +19,8 @@ struct Honesty {
 /// Scenes with known answers: lit cubes, a furnace with a box in it, a ball and a shell kept as they are (there the estimate is of the
 /// form factors alone); and `rooms` random rooms on two meshes, against patches a quarter the size. Each by several methods and
 /// settings. `seen` is called with each case as it is done; `method` leaves out the others.
-std::vector<Honesty> honesty(int rooms, const std::function<void(const Honesty&)>& seen = {},
-                             std::string_view method = "");
+std::vector<CalibrationCase> calibration(int rooms,
+                                         const std::function<void(const CalibrationCase&)>& seen = {},
+                                         std::string_view method = "");
 
 }  // namespace radiosity::test

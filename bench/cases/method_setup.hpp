@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <memory>
 #include <string>
 
+#include "cases/matrices.hpp"
 #include "radiosity/formfactors/form_factor_method.hpp"
 #include "radiosity/formfactors/visibility.hpp"
-#include "support/matrices.hpp"
 
 namespace radiosity::test {
 
@@ -93,20 +91,5 @@ struct SeedMeans {
     return exact ? 1e-6 * mean(i, j) : 8 * standard_error(i, j) + 6e-4 + 0.005 * mean(i, j);
   }
 };
-
-/// Names of parameterised tests: those of the tables, without the characters that gtest refuses.
-template <class Info>
-std::string test_name(const testing::TestParamInfo<const Info*>& info) {
-  std::string name(info.param->name);
-  std::erase(name, '-');
-  return name;
-}
-
-template <class Info>
-std::vector<const Info*> pointers(std::span<const Info> table) {
-  std::vector<const Info*> all;
-  for (const Info& info : table) all.push_back(&info);
-  return all;
-}
 
 }  // namespace radiosity::test

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "support/path_tracer.hpp"
+#include "cases/path_tracer.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
 
-#include "support/scenes.hpp"
+#include "cases/scenes.hpp"
 
 namespace radiosity::test {
 namespace {
