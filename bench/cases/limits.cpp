@@ -102,15 +102,11 @@ struct WhiteSphere : Spheres {
   BandArray alpha, e;
 };
 
-std::vector<const SolverInfo*> every_solver() {
-  return pointers(solvers());
-}
-
 /// The names of the solvers for which `good` holds.
 std::string those(const auto& good) {
   std::string names;
-  for (const SolverInfo* solver : every_solver())
-    if (good(*solver)) names += fmt::format("{}{}", names.empty() ? "" : ", ", solver->name);
+  for (const SolverInfo& solver : solvers())
+    if (good(solver)) names += fmt::format("{}{}", names.empty() ? "" : ", ", solver.name);
   return names;
 }
 
@@ -177,13 +173,13 @@ Limit refusal(std::string name, std::string asked, std::string reason,
               std::function<void(const SolverInfo&)> attempt) {
   return {std::move(name), std::move(asked), "refused: " + reason, "every solver", [=] {
             Outcome outcome{0, 0, "refused by all"};
-            for (const SolverInfo* solver : every_solver()) {
+            for (const SolverInfo& solver : solvers()) {
               try {
-                attempt(*solver);
-                outcome = {kNan, 0, fmt::format("{} gave an answer", solver->name)};
+                attempt(solver);
+                outcome = {kNan, 0, fmt::format("{} gave an answer", solver.name)};
               } catch (const InputError& error) {
                 if (std::string(error.what()).find(reason) == std::string::npos)
-                  outcome = {kNan, 0, fmt::format("{}: {}", solver->name, error.what())};
+                  outcome = {kNan, 0, fmt::format("{}: {}", solver.name, error.what())};
               }
             }
             return outcome;
@@ -197,14 +193,14 @@ Limit solved(std::string name, std::string asked, std::string exact, double allo
             const RadiositySystem system = make();
             const BandArray expected = answer();
             Worst worst;
-            for (const SolverInfo* solver : every_solver()) {
-              const SolveResult result = solve(*solver, system);
+            for (const SolverInfo& solver : solvers()) {
+              const SolveResult result = solve(solver, system);
               const BandArray scale = (expected > 0).select(expected, 1.0);
               const bool good = result.report.status == SolveStatus::converged;
               worst.add(good && expected.size() > 0 ? ((result.radiosity - expected).abs() / scale).maxCoeff()
                         : good                      ? 0
                                                     : kNan,
-                        solver->name);
+                        solver.name);
             }
             return worst.within(allowed);
           }};
@@ -267,12 +263,12 @@ void add_reflectances(std::vector<Limit>& list) {
                     Worst worst;
                     for (const int k : {1, 2}) {
                       const WhiteSphere sphere(k);
-                      for (const SolverInfo* solver : every_solver()) {
-                        const SolveResult result = solve(*solver, sphere.system());
+                      for (const SolverInfo& solver : solvers()) {
+                        const SolveResult result = solve(solver, sphere.system());
                         worst.add(result.report.status == SolveStatus::converged
                                       ? relative(result.radiosity, sphere.exact())
                                       : kNan,
-                                  fmt::format("{}, k = {}", solver->name, k));
+                                  fmt::format("{}, k = {}", solver.name, k));
                       }
                     }
                     return worst.within(1e-5);
@@ -281,10 +277,10 @@ void add_reflectances(std::vector<Limit>& list) {
                   "B = E + ρ⟨E⟩/⟨1 − ρ⟩, or: not converged", "every solver", [] {
                     const WhiteSphere sphere(9);
                     Worst worst;
-                    for (const SolverInfo* solver : every_solver()) {
-                      const SolveResult result = solve(*solver, sphere.system());
+                    for (const SolverInfo& solver : solvers()) {
+                      const SolveResult result = solve(solver, sphere.system());
                       if (result.report.status == SolveStatus::converged)
-                        worst.add(relative(result.radiosity, sphere.exact()), solver->name);
+                        worst.add(relative(result.radiosity, sphere.exact()), solver.name);
                     }
                     return worst.within(1e-6, "not converged: " + those([&](const SolverInfo& solver) {
                                                 return solve(solver, sphere.system()).report.status !=
@@ -437,10 +433,6 @@ void add_reflectances(std::vector<Limit>& list) {
       }));
 }
 
-std::vector<const FormFactorMethodInfo*> every_method() {
-  return pointers(form_factor_methods());
-}
-
 /// How far a method may be off: one that looks at pairs, at rays (4 standard errors), or at cells.
 struct Allowed {
   double pairs, rays, cells;
@@ -451,13 +443,13 @@ Limit by_methods(std::string name, std::string asked, std::string exact, Allowed
                  std::function<double(const FormFactorMethodInfo&)> error) {
   return {std::move(name), std::move(asked), std::move(exact), "every method", [=] {
             Outcome out{0, 1, ""};
-            for (const FormFactorMethodInfo* method : every_method()) {
-              const double most = method->name == "analytic"         ? allowed.pairs
-                                  : method->defaults.resolution == 0 ? allowed.rays
-                                                                     : allowed.cells;
-              const double e = error(*method);
+            for (const FormFactorMethodInfo& method : form_factor_methods()) {
+              const double most = method.name == "analytic"         ? allowed.pairs
+                                  : method.defaults.resolution == 0 ? allowed.rays
+                                                                    : allowed.cells;
+              const double e = error(method);
               out.came_out += fmt::format("{}{} {:.1e} (allowed: {:.0e})",
-                                          out.came_out.empty() ? "off by: " : ", ", method->name, e, most);
+                                          out.came_out.empty() ? "off by: " : ", ", method.name, e, most);
               out.error = !(e / most <= out.error) ? e / most : out.error;
             }
             return out;
@@ -474,8 +466,8 @@ double furnace(const PatchMesh& mesh, const FormFactorMethodInfo& method) {
   const MethodSetup setup(mesh, method);
   const FormFactorMatrix f = assemble(*setup.method, setup.visibility);
   double worst = 0;
-  for (const SolverInfo* solver : every_solver()) {
-    const BandArray b = solve(*solver, {f, setup.mesh}).radiosity;
+  for (const SolverInfo& solver : solvers()) {
+    const BandArray b = solve(solver, {f, setup.mesh}).radiosity;
     worst = std::max(worst, (b / 2 - 1).abs().maxCoeff());
   }
   return worst;
@@ -604,8 +596,8 @@ void add_geometry(std::vector<Limit>& list) {
         e(0, 0) = 1;
         const double exact = 0.199824895698387 / 2;
         double worst = 0;
-        for (const SolverInfo* solver : every_solver()) {
-          const BandArray b = solve(*solver, {f, setup.mesh.areas(), constant(2, 0.5), e}).radiosity;
+        for (const SolverInfo& solver : solvers()) {
+          const BandArray b = solve(solver, {f, setup.mesh.areas(), constant(2, 0.5), e}).radiosity;
           worst = std::max({worst, std::abs(b(0, 0) * (1 - exact * exact) - 1),
                             std::abs(b(1, 0) * (1 - exact * exact) / exact - 1)});
         }
@@ -623,8 +615,8 @@ void add_geometry(std::vector<Limit>& list) {
                    BandArray exact = constant(setup.size(), 2);
                    exact(setup.size() - 1, 0) = 1;
                    double worst = 0;
-                   for (const SolverInfo* solver : every_solver())
-                     worst = std::max(worst, relative(solve(*solver, {f, setup.mesh}).radiosity, exact));
+                   for (const SolverInfo& solver : solvers())
+                     worst = std::max(worst, relative(solve(solver, {f, setup.mesh}).radiosity, exact));
                    return worst;
                  }));
 }

@@ -81,7 +81,6 @@ class Prepared {
     if (task_.options.ended) task_.options.ended(stage, out_);
   }
 
-  const SceneToSolve& task() const { return task_; }
   SolvedScene& out() { return out_; }
   const Visibility& visibility() const { return *visibility_; }
   const ChosenMethod& chosen() const { return chosen_; }
@@ -237,6 +236,7 @@ SolvedScene solve_scene(const Scene& scene, const SceneSettings& settings, const
   const Scene decided = with_decided_sides(scene);
   const SceneToSolve task{decided, options, setups, watch};
   if (!options.accuracy) return solve_once(task, settings, "analytic");
+  if (!(*options.accuracy > 0)) throw InputError(fmt::format("accuracy: {} is not positive", *options.accuracy));
   const SolverInfo& solver = chosen_solver(settings);
   if (!solver.needs_stored_rows)
     throw InputError(fmt::format(

@@ -172,6 +172,8 @@ TEST(SolveScene, RefusesWhatHasNoEffect) {
   SolveOptions accurate;
   accurate.accuracy = 0.01;
   EXPECT_THROW(solve_scene(cube, {.solver = "progressive"}, accurate), InputError);
+  accurate.accuracy = 0;
+  EXPECT_THROW(solve_scene(cube, {}, accurate), InputError);
   std::vector<Material> dark = cube.materials();
   for (Material& material : dark) material.emission.setZero();
   EXPECT_THROW(solve_scene(cube.with_materials(dark)), InputError);
