@@ -65,10 +65,6 @@ void print_energy(const Console& console, std::string_view label, const EnergyBa
                  energy.emitted_w[b], energy.absorbed_w[b], energy.escaped_w[b], energy.imbalance[b]);
 }
 
-std::string_view name(FormFactorStorage storage) {
-  return storage == FormFactorStorage::sparse ? "sparse" : "dense";
-}
-
 void tell_error(const Console& console, const ErrorEstimate& error) {
   const auto percent = [](double share) { return fmt::format("{:.2g} %", 100 * share); };
   const auto part = [&](const std::optional<double>& share) { return share ? percent(*share) : "unknown"; };
@@ -113,11 +109,8 @@ void warn(Job& job, const std::vector<std::string>& warnings) {
 LoadedScene read_stage(Job& job, const std::filesystem::path& file, MissingMaterials missing) {
   job.stage.lap();
   LoadedScene loaded = read_scene(file, missing);
-  const bool automatic_sides =
-      std::any_of(loaded.scene.materials().begin(), loaded.scene.materials().end(),
-                  [](const Material& material) { return material.sides == Sides::automatic; });
   std::optional<DecidedSides> sides;
-  if (automatic_sides) {
+  if (has_open_sides(loaded.scene)) {
     sides = decide_sides(loaded.scene);
     loaded.scene = sides->scene;
   }
@@ -250,7 +243,7 @@ void Telling::form_factors(const SolvedScene& scene) {
     return;
   }
   job_.console.line(
-      "form factors", "stored {}, {}, {} entries are not zero; {}", name(facts.storage),
+      "form factors", "stored {}, {}, {} entries are not zero; {}", name_of(facts.storage),
       bytes_text(static_cast<double>(facts.bytes)), facts.nonzeros,
       assembly.rays > 0 ? fmt::format("{:.3g} rays", static_cast<double>(assembly.rays)) : "no rays");
   if (assembly.lamps > 0)
@@ -297,9 +290,9 @@ void Telling::solution(const SolvedScene& scene) {
                       report.error_bound.maxCoeff(), report.condition.maxCoeff());
   if (!report.warning.empty()) job_.console.line("warning", "{}", report.warning);
   if (!scene.form_factors.assembly.completed) return;
-  print_energy(job_.console, "energy", scene.solution_of_setup(0).energy);
+  print_energy(job_.console, "energy", scene.energy_of_setup(0));
   for (std::size_t k = 0; k < setups_.size(); ++k)
-    print_energy(job_.console, setups_[k].name, scene.solution_of_setup(static_cast<Index>(k + 1)).energy);
+    print_energy(job_.console, setups_[k].name, scene.energy_of_setup(static_cast<Index>(k + 1)));
 }
 
 void Telling::finish(const SolvedScene& solved) {
@@ -331,9 +324,9 @@ void Telling::finish(const SolvedScene& solved) {
   report.converged = solved.converged();
   report.solver = {solved.solver, solved.solver_options.tolerance, solved.solution_of_setup(0).report};
   if (!solved.form_factors.assembly.completed) return;
-  report.energy = solved.solution_of_setup(0).energy;
+  report.energy = solved.energy_of_setup(0);
   for (std::size_t k = 0; k < setups_.size(); ++k)
-    report.setups.emplace_back(setups_[k].name, solved.solution_of_setup(static_cast<Index>(k + 1)).energy);
+    report.setups.emplace_back(setups_[k].name, solved.energy_of_setup(static_cast<Index>(k + 1)));
 }
 
 SolvedScene solve_stage(Job& job, const LoadedScene& loaded, const SceneSettings& settings,

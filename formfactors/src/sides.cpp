@@ -290,6 +290,11 @@ class FromBehind {
 
 }  // namespace
 
+bool has_open_sides(const Scene& scene) {
+  return std::any_of(scene.materials().begin(), scene.materials().end(),
+                     [](const Material& material) { return material.sides == Sides::automatic; });
+}
+
 DecidedSides decide_sides(const Scene& scene, std::uint64_t seed) {
   DecidedSides decided{scene};
   const auto automatic = [&](Index f) {

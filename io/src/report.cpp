@@ -71,24 +71,12 @@ Json to_json(const FormFactorQuality& quality) {
           {"reciprocity_error_mean", quality.reciprocity_error_mean}};
 }
 
-const char* name(FormFactorStorage storage) {
-  switch (storage) {
-    case FormFactorStorage::dense:
-      return "dense";
-    case FormFactorStorage::sparse:
-      return "sparse";
-    case FormFactorStorage::rows:
-      break;
-  }
-  return "rows";
-}
-
 Json to_json(const FormFactorFacts& facts) {
   Json parameters = {{"seed", facts.options.seed}};
   if (facts.options.samples > 0) parameters["samples"] = facts.options.samples;
   if (facts.options.resolution > 0) parameters["resolution"] = facts.options.resolution;
   const AssemblyReport& assembly = facts.assembly;
-  Json json = {{"method", facts.method},     {"parameters", parameters}, {"storage", name(facts.storage)},
+  Json json = {{"method", facts.method},     {"parameters", parameters}, {"storage", name_of(facts.storage)},
                {"nonzeros", facts.nonzeros}, {"bytes", facts.bytes},     {"rays", assembly.rays}};
   json.update(to_json(assembly.after));
   json["escaped_mean"] = assembly.escaped_mean;

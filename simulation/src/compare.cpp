@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <memory>
 #include <numeric>
@@ -33,15 +32,11 @@ constexpr double kSingleRounding = 6e-8;  // F is stored in single precision
 constexpr Index kLeastRays = 256, kMostRays = 1 << 18;
 constexpr std::uint64_t kOtherSeeds = 1'000'003;  // references share no random numbers with what they judge
 
-double now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
 class Budget {
  public:
   Budget(double seconds, const Progress& watcher) : seconds_(seconds), watcher_(watcher) {}
 
-  double elapsed() const { return now() - start_; }
+  double elapsed() const { return clock_.elapsed(); }
   double seconds() const { return seconds_; }
   double left() const { return (1 - kWritingShare) * seconds_ - elapsed(); }
   bool interrupted() const { return interrupted_; }
@@ -52,7 +47,8 @@ class Budget {
   }
 
  private:
-  double start_ = now(), seconds_;
+  Stopwatch clock_;
+  double seconds_;
   const Progress& watcher_;
   bool interrupted_ = false;
 };
@@ -71,7 +67,7 @@ double rounded(double size) {
 
 // On the heap: the visibility keeps a reference to the mesh.
 std::unique_ptr<Mesh> make_mesh(const Scene& scene, const PatchOptions& options) {
-  const double start = now();
+  const Stopwatch watch;
   auto out = std::make_unique<Mesh>(Mesh{{}, make_patches(scene, options), {}});
   const PatchMesh& mesh = out->patches.mesh;
   out->visibility = std::make_unique<Visibility>(mesh);
@@ -87,7 +83,7 @@ std::unique_ptr<Mesh> make_mesh(const Scene& scene, const PatchOptions& options)
             facts.size, (mesh.vertex(corners[k]) - mesh.vertex(corners[(k + 1) % corners.size()])).norm());
     }
   }
-  facts.seconds = now() - start;
+  facts.seconds = watch.elapsed();
   return out;
 }
 
@@ -103,7 +99,7 @@ struct Solved {
 std::optional<Solved> solve_on(const Mesh& mesh, const FormFactorMethodInfo& info,
                                const FormFactorOptions& settings, double tolerance, std::size_t memory,
                                Budget& budget, double until) {
-  const double start = now();
+  const Stopwatch watch;
   const auto method = info.make(*mesh.visibility, settings);
   AssemblyOptions assembly;
   assembly.memory_limit_bytes = memory;
@@ -118,7 +114,7 @@ std::optional<Solved> solve_on(const Mesh& mesh, const FormFactorMethodInfo& inf
       find_solver("conjugate-gradient").make()->solve(RadiositySystem(*out.f, mesh.patches.mesh), options);
   if (result.report.status != SolveStatus::converged) out.failure = result.report.message;
   out.radiosity = std::move(result.radiosity);
-  out.seconds = now() - start;
+  out.seconds = watch.elapsed();
   out.rays = report.rays;
   return out;
 }
@@ -320,19 +316,19 @@ class Comparer {
       const double passes = info.needs_stored_rows ? 1 : 1.0 / f.size();
       int digits = 1;  // of the next tolerance to be met
       double paused = 0;
-      const double start = now();
+      const Stopwatch watch;
       const auto record = [&](Index iteration, double residual, const BandArray& radiosity) {
-        const double reached = now();
+        const double reached = watch.elapsed();
         for (; digits <= 8 && residual <= std::pow(10.0, -digits); ++digits) {
           SolverRun& run = out_.solvers.emplace_back();
           run.solver = info.name;
           run.tolerance = std::pow(10.0, -digits);
           run.products = iteration * passes;
-          run.seconds = reached - start - paused;
+          run.seconds = reached - paused;
           run.residual = residual;
           run.error = relative_error(mesh.patches.mesh, radiosity, exact).rms;
         }
-        paused += now() - reached;
+        paused += watch.elapsed() - reached;
         return budget_.go_on(until);
       };
       options.step = record;

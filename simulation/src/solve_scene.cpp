@@ -131,9 +131,7 @@ const SolverInfo& chosen_solver(const SceneSettings& settings) {
 }
 
 Scene with_decided_sides(const Scene& scene) {
-  const auto open = [](const Material& material) { return material.sides == Sides::automatic; };
-  const std::span<const Material> materials = scene.materials();
-  return std::any_of(materials.begin(), materials.end(), open) ? decide_sides(scene).scene : scene;
+  return has_open_sides(scene) ? decide_sides(scene).scene : scene;
 }
 
 }  // namespace
@@ -143,12 +141,28 @@ std::size_t memory_limit(std::size_t asked) {
   return static_cast<std::size_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
 }
 
+std::string_view name_of(FormFactorStorage storage) {
+  switch (storage) {
+    case FormFactorStorage::dense:
+      return "dense";
+    case FormFactorStorage::sparse:
+      return "sparse";
+    case FormFactorStorage::rows:
+      break;
+  }
+  return "rows";
+}
+
 PatchMesh SolvedScene::mesh_of_setup(Index k) const {
   return patches.mesh.with_materials(select_bands(patches.mesh.materials(), k * bands, bands));
 }
 
 Solution SolvedScene::solution_of_setup(Index k) const {
   return select_bands(solution, k * bands, bands);
+}
+
+EnergyBalance SolvedScene::energy_of_setup(Index k) const {
+  return select_bands(solution.energy, k * bands, bands);
 }
 
 std::optional<BandArray> SolvedScene::error_of_setup(Index k) const {

@@ -47,15 +47,20 @@ Solution solve(const Solver& solver, const RadiositySystem& system, const PatchM
   return solution;
 }
 
+EnergyBalance select_bands(const EnergyBalance& energy, Index first, Index count) {
+  EnergyBalance part = energy;
+  for (BandValues* values :
+       {&part.emitted_w, &part.absorbed_w, &part.escaped_w, &part.imbalance, &part.external_w})
+    if (values->size() > 0) *values = values->segment(first, count).eval();
+  return part;
+}
+
 Solution select_bands(const Solution& solution, Index first, Index count) {
   Solution part = solution;
   for (BandArray* values : {&part.radiosity, &part.irradiance, &part.vertex_radiosity,
                             &part.report.error_bound, &part.report.condition})
     if (values->cols() > 0) *values = values->middleCols(first, count).eval();
-  EnergyBalance& energy = part.energy;
-  for (BandValues* values :
-       {&energy.emitted_w, &energy.absorbed_w, &energy.escaped_w, &energy.imbalance, &energy.external_w})
-    if (values->size() > 0) *values = values->segment(first, count).eval();
+  part.energy = select_bands(solution.energy, first, count);
   return part;
 }
 

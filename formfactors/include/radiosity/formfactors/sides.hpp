@@ -30,6 +30,9 @@ SeenSides seen_sides(const Visibility& visibility, std::uint64_t seed = 1);
 /// Sentences about them for the user, each with its cure in words of the scene file; often none.
 std::vector<std::string> side_warnings(const SeenSides& seen, const PatchMesh& mesh);
 
+/// A material leaves its sides to decide_sides.
+bool has_open_sides(const Scene& scene);
+
 /// Faces of materials with Sides::automatic: which get a back of their own.
 struct DecidedSides {
   Scene scene;              ///< which says it for each face

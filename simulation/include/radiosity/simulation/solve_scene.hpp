@@ -65,6 +65,8 @@ struct Modelled {
 };
 
 enum class FormFactorStorage { dense, sparse, rows };
+/// As it is written.
+std::string_view name_of(FormFactorStorage storage);
 
 struct FormFactorFacts {
   std::string method, why;  ///< why it was chosen; empty where it was given
@@ -107,6 +109,7 @@ struct SolvedScene {
   /// Those of set-up `k`, counted from 1; 0: the scene as it is.
   PatchMesh mesh_of_setup(Index k) const;
   Solution solution_of_setup(Index k) const;
+  EnergyBalance energy_of_setup(Index k) const;
   /// n × bands, W/m²; nothing where a part of the error is not known.
   std::optional<BandArray> error_of_setup(Index k) const;
 };

@@ -43,6 +43,7 @@ struct Solution {
 };
 
 /// `count` bands from `first` on; what the report says of all bands together stays.
+EnergyBalance select_bands(const EnergyBalance& energy, Index first, Index count);
 Solution select_bands(const Solution& solution, Index first, Index count);
 
 /// Solves and reconstructs.
