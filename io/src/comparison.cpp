@@ -9,7 +9,6 @@
 #include <system_error>
 
 #include "comparison_page.hpp"
-#include "gnuplot.hpp"
 #include "radiosity/io/output.hpp"
 #include "radiosity/meshing/error.hpp"
 
@@ -34,6 +33,14 @@ std::string number(const std::optional<double>& value) {
   return value ? fmt::format("{}", *value) : std::string();
 }
 
+// Of Comparison::runs, whether no other beats it in both cost and error.
+std::vector<bool> on_front(const Comparison& comparison, const std::vector<CostAndError> Measured::*points) {
+  const Measured all = measured(comparison);
+  std::vector<bool> out(comparison.runs.size());
+  for (const std::size_t k : pareto_front(all.*points)) out[all.index[k]] = true;
+  return out;
+}
+
 std::string csv(const Comparison& comparison) {
   std::string out =
       "kind,name,samples,resolution,seed,patch_size_m,patches,tolerance,products,seconds,bytes,rays,residual,"
@@ -44,12 +51,11 @@ std::string csv(const Comparison& comparison) {
   const auto largest = [](const std::optional<RelativeError>& error) {
     return error ? std::optional(error->largest) : std::nullopt;
   };
-  const std::vector<std::size_t> front = front_runs(comparison);
+  const std::vector<bool> best = on_front(comparison, &Measured::by_seconds);
   for (std::size_t r = 0; r < comparison.runs.size(); ++r) {
     const ComparedRun& run = comparison.runs[r];
     const ComparedMesh& mesh = comparison.meshes[run.mesh];
     const bool ran = run.left_out.empty();
-    const bool best = std::find(front.begin(), front.end(), r) != front.end();
     out += fmt::format("method,{},{},{},{},{},{},,,{},{},{},,{},{},{},{},{},{},{}\n", run.method,
                        run.settings.samples,
                        run.settings.resolution > 0 ? fmt::format("{}", run.settings.resolution) : "",
@@ -57,7 +63,7 @@ std::string csv(const Comparison& comparison) {
                        ran ? fmt::format("{}", run.bytes) : "", ran ? fmt::format("{}", run.rays) : "",
                        number(rms(run.factors)), number(largest(run.factors)), number(rms(run.total)),
                        number(largest(run.total)), number(error_at_most(comparison, run)),
-                       ran ? (best ? "1" : "0") : "", quoted(run.left_out));
+                       ran ? (best[r] ? "1" : "0") : "", quoted(run.left_out));
   }
   const ComparedMesh& own = comparison.meshes[comparison.own];
   for (const SolverRun& run : comparison.solvers) {
@@ -94,12 +100,14 @@ Json to_json(const Comparison& comparison, const ComparisonOrigin& origin) {
                       {"patches", mesh.patches},
                       {"seconds", mesh.seconds},
                       {"reference_noise", mesh.own_noise}});
-  const std::vector<std::size_t> front = front_runs(comparison);
+  const std::vector<bool> fastest = on_front(comparison, &Measured::by_seconds);
+  const std::vector<bool> smallest = on_front(comparison, &Measured::by_bytes);
   for (std::size_t r = 0; r < comparison.runs.size(); ++r) {
     const ComparedRun& run = comparison.runs[r];
     Json json = {{"method", run.method}, {"mesh", run.mesh}, {"samples", run.settings.samples}};
     if (run.settings.resolution > 0) json["resolution"] = run.settings.resolution;
     json["seed"] = run.settings.seed;
+    json["standard"] = run.standard;
     json["predicted_seconds"] = run.predicted_s;
     if (!run.left_out.empty()) {
       json["left_out"] = run.left_out;
@@ -110,7 +118,8 @@ Json to_json(const Comparison& comparison, const ComparisonOrigin& origin) {
       json["error_factors"] = to_json(run.factors);
       json["error_total"] = to_json(run.total);
       json["error_at_most"] = error_at_most(comparison, run).value_or(0);
-      json["pareto"] = std::find(front.begin(), front.end(), r) != front.end();
+      json["pareto"] = bool(fastest[r]);
+      json["pareto_bytes"] = bool(smallest[r]);
     }
     json["command"] = solve_command(comparison, run, origin);
     runs.push_back(std::move(json));
@@ -140,6 +149,7 @@ Json to_json(const Comparison& comparison, const ComparisonOrigin& origin) {
   Json json = {{"version", origin.version},
                {"command", origin.command},
                {"scene", origin.scene},
+               {"bands", comparison.radiosity.cols()},
                {"completed", comparison.completed},
                {"budget_s", comparison.budget_s},
                {"seconds", comparison.seconds},
@@ -156,15 +166,7 @@ Json to_json(const Comparison& comparison, const ComparisonOrigin& origin) {
 
 }  // namespace
 
-std::vector<std::size_t> front_runs(const Comparison& comparison) {
-  const Measured all = measured(comparison);
-  std::vector<std::size_t> front;
-  for (const std::size_t k : pareto_front(all.by_seconds)) front.push_back(all.index[k]);
-  return front;
-}
-
 void require_comparison_directory(const fs::path& directory) {
-  gnuplot("");
   std::error_code error;
   if (!fs::exists(directory, error)) {
     require_writable(directory.has_filename() ? directory : directory.parent_path(), "");
@@ -222,14 +224,17 @@ std::vector<fs::path> comparison_files(const fs::path& directory) {
 
 void write_comparison(const fs::path& directory, const Comparison& comparison,
                       const ComparisonOrigin& origin) {
-  const std::string page = comparison_page(comparison, origin);  // before anything is written
+  // Names of files may hold bytes that are not UTF-8, and what would end an element of the page.
+  std::string json;
+  for (const char c : to_json(comparison, origin).dump(2, ' ', false, Json::error_handler_t::replace))
+    json += c == '<' ? std::string("\\u003c") : std::string(1, c);
+  json += '\n';
+  const std::string page = comparison_page(json, comparison, origin);  // before anything is written
   std::error_code error;
   fs::create_directory(directory, error);
   if (error) throw IoError(fmt::format("{}: cannot be made: {}", directory.string(), error.message()));
   write_file(directory / kFiles[0], csv(comparison));
-  // Names of files may hold bytes that are not UTF-8.
-  write_file(directory / kFiles[1],
-             to_json(comparison, origin).dump(2, ' ', false, Json::error_handler_t::replace) + '\n');
+  write_file(directory / kFiles[1], json);
   write_file(directory / kFiles[2], page);
 }
 

@@ -2,16 +2,14 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
 #include "radiosity/io/comparison.hpp"
 
 namespace radiosity {
 
-/// Runs that no other beats in both seconds and error, by rising seconds.
-std::vector<std::size_t> front_runs(const Comparison& comparison);
-
-/// The whole page: HTML with its diagrams (SVG, by gnuplot) and pictures (PNG) in it.
-std::string comparison_page(const Comparison& comparison, const ComparisonOrigin& origin);
+/// The whole page: comparison_page.html, into which trade.json and the pictures (PNG) are put. `trade_json` holds no '<', so that
+/// nothing in it ends its element.
+std::string comparison_page(const std::string& trade_json, const Comparison& comparison,
+                            const ComparisonOrigin& origin);
 
 }  // namespace radiosity

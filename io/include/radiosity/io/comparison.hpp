@@ -20,8 +20,7 @@ struct ComparisonOrigin {
 };
 
 /// Throws IoError unless a comparison could be written into this directory: it must not exist yet, in a directory that does, or
-/// hold nothing but the files of an earlier comparison; and gnuplot, which draws the diagrams, must be there. Leaves nothing
-/// behind. To be called before the long work.
+/// hold nothing but the files of an earlier comparison. Leaves nothing behind. To be called before the long work.
 void require_comparison_directory(const std::filesystem::path& directory);
 
 /// The command that repeats a run, e.g. "radiosity solve room.toml -o room.vtp --patch-size 0.1 --method hemisphere --samples 256".
