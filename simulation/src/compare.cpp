@@ -12,7 +12,8 @@
 #include "radiosity/formfactors/assemble.hpp"
 #include "radiosity/formfactors/estimate_seconds.hpp"
 #include "radiosity/meshing/error.hpp"
-#include "radiosity/simulation/error_estimate.hpp"
+#include "radiosity/meshing/refine.hpp"
+#include "radiosity/simulation/restrict_to.hpp"
 #include "watch.hpp"
 
 namespace radiosity {
@@ -22,8 +23,8 @@ constexpr std::string_view kPairs = "analytic", kSampled = "hemisphere";
 constexpr double kSafety = 1.5;  // what a prediction from a few rows may fall short by
 constexpr double kFiner = 10;    // a reference has so many times the rays or points of what it judges
 // How many patches of the finer reference lie along one of the user's: exact, or of rays.
-constexpr std::array kFinerExact{4.0, 3.0, 2.0};
-constexpr std::array kFinerSampled{4.0, 2.0};
+constexpr std::array<Index, 3> kFinerExact{4, 3, 2};
+constexpr std::array<Index, 2> kFinerSampled{4, 2};
 constexpr double kShare = 0.25;           // of the budget for each of the two references
 constexpr double kSolverShare = 0.1;      // for the solvers
 constexpr double kPictureShare = 0.25;    // of what is left, for the default setting of a method
@@ -66,9 +67,8 @@ double rounded(double size) {
 }
 
 // On the heap: the visibility keeps a reference to the mesh.
-std::unique_ptr<Mesh> make_mesh(const Scene& scene, const PatchOptions& options) {
-  const Stopwatch watch;
-  auto out = std::make_unique<Mesh>(Mesh{{}, make_patches(scene, options), {}});
+std::unique_ptr<Mesh> make_mesh(Patches patches, const PatchOptions& options, const Stopwatch& watch) {
+  auto out = std::make_unique<Mesh>(Mesh{{}, std::move(patches), {}});
   const PatchMesh& mesh = out->patches.mesh;
   out->visibility = std::make_unique<Visibility>(mesh);
   ComparedMesh& facts = out->facts;
@@ -85,6 +85,11 @@ std::unique_ptr<Mesh> make_mesh(const Scene& scene, const PatchOptions& options)
   }
   facts.seconds = watch.elapsed();
   return out;
+}
+
+std::unique_ptr<Mesh> make_mesh(const Scene& scene, const PatchOptions& options) {
+  const Stopwatch watch;
+  return make_mesh(make_patches(scene, options), options, watch);
 }
 
 struct Solved {
@@ -363,18 +368,22 @@ class Comparer {
     const Mesh& user = *meshes_[out_.own];
     const double share = kShare * options_.budget_s;
     std::unique_ptr<Mesh> fine;
+    Coarsening to_own;
     std::optional<ReferenceSolution> reference;
-    double k = 0;
-    const auto refer = [&](double times, auto make) {
+    Index k = 0;
+    const auto refer = [&](Index times, auto make) {
       k = times;
-      fine = make_mesh(scene_, PatchSize{size / k});
+      const Stopwatch watch;
+      Refinement finer = refine(user.patches.mesh, k);
+      to_own = std::move(finer.coarsening);
+      fine = make_mesh(Patches{std::move(finer.mesh), {}, {}, size / k}, PatchSize{size / k}, watch);
       reference = (this->*make)(*fine, share);
       return reference || budget_.interrupted();
     };
     // Exact factors of somewhat larger patches tell more than rays from a quarter of the size in the same time.
     bool done = false;
     if (user.visibility->convex() && out_.factors.method == kPairs)
-      for (const double times : kFinerExact)
+      for (const Index times : kFinerExact)
         done = done || ((1 + std::pow(times, 4)) * out_.factors.seconds < 2 * share &&
                         refer(times, &Comparer::refer_to_pairs));
     if (!done) {
@@ -385,17 +394,19 @@ class Comparer {
       if (!solve_until(user, find_form_factor_method(kSampled), few, start + share))
         return no_finer_reference();
       const double fixed = budget_.elapsed() - start;
-      for (const double times : kFinerSampled)
+      for (const Index times : kFinerSampled)
         done = done ||
                (kSafety * std::pow(times, 4) * fixed <= share && refer(times, &Comparer::make_reference));
     }
     if (!reference) return no_finer_reference();
     if (k > 2) meshes_.push_back(make_mesh(scene_, PatchSize{rounded(size / 2)}));
-    for (const auto& mesh : meshes_) {
-      const PatchMesh& coarse = mesh->patches.mesh;
-      finer_.push_back(restrict_to(coarse, fine->patches.mesh, reference->radiosity));
-      mesh->facts.own_noise = relative_rms(coarse, restrict_to(coarse, fine->patches.mesh, reference->noise),
-                                           finer_.back() - coarse.emission());
+    for (std::size_t m = 0; m < meshes_.size(); ++m) {
+      const PatchMesh &coarse = meshes_[m]->patches.mesh, &finer = fine->patches.mesh;
+      const auto means = [&](const BandArray& values) {
+        return m == out_.own ? restrict_to(to_own, finer.areas(), values) : restrict_to(coarse, finer, values);
+      };
+      finer_.push_back(means(reference->radiosity));
+      meshes_[m]->facts.own_noise = relative_rms(coarse, means(reference->noise), finer_.back() - coarse.emission());
     }
     ComparedReference& facts = out_.finer.emplace(reference->facts);
     const Mesh& own = *meshes_[out_.own];

@@ -9,12 +9,12 @@
 #include <memory>
 #include <new>
 #include <string_view>
-#include <unordered_map>
 #include <utility>
 
 #include "light_unit.hpp"
+#include "radiosity/formfactors/aggregate.hpp"
 #include "radiosity/meshing/error.hpp"
-#include "radiosity/meshing/patch_locator.hpp"
+#include "radiosity/meshing/coarsen.hpp"
 
 namespace radiosity {
 namespace {
@@ -29,6 +29,12 @@ struct Solved {
   std::shared_ptr<const PairRows> pair_rows;  // AssemblyReport::pair_rows
 };
 
+SolverOptions quiet(SolverOptions options) {
+  options.step = {};
+  options.progress = {};
+  return options;
+}
+
 Solved solve_on(const SolvedProblem& problem, const PatchMesh& mesh, const Visibility& visibility,
                 const FormFactorOptions& options, std::shared_ptr<const PairRows> pair_rows = {}) {
   const auto method = problem.method.make(visibility, options);
@@ -37,10 +43,8 @@ Solved solve_on(const SolvedProblem& problem, const PatchMesh& mesh, const Visib
   AssemblyReport report;
   const FormFactorMatrix f = assemble(*method, visibility, assembly, &report);
   if (!report.completed) throw Stopped{};
-  SolverOptions solver = problem.solver_options;
-  solver.step = {};
-  solver.progress = {};
-  return {problem.solver.solve(RadiositySystem(f, mesh), solver).radiosity, report.lamps, report.pair_rows};
+  return {problem.solver.solve(RadiositySystem(f, mesh), quiet(problem.solver_options)).radiosity,
+          report.lamps, report.pair_rows};
 }
 
 // A cheaper setting of the method, and what the difference in B is to be divided by.
@@ -69,13 +73,13 @@ Cheaper cheaper(const FormFactorMethod& method) {
 }
 
 // Σ A_i e_i² / Σ A_i (B_i − E_i)² per band; rows that are not a number are left out of both.
-Eigen::ArrayXd mean_square(const PatchMesh& mesh, const BandArray& error, const BandArray& reflected) {
+Eigen::ArrayXd mean_square(const Eigen::ArrayXd& areas, const BandArray& error, const BandArray& reflected) {
   Eigen::ArrayXd above = Eigen::ArrayXd::Zero(error.cols());
   Eigen::ArrayXd below = above;
-  for (Index i = 0; i < mesh.patch_count(); ++i) {
+  for (Eigen::Index i = 0; i < areas.size(); ++i) {
     if (error.row(i).isNaN().any()) continue;
-    above += mesh.area(i) * error.row(i).square().transpose();
-    below += mesh.area(i) * reflected.row(i).square().transpose();
+    above += areas[i] * error.row(i).square().transpose();
+    below += areas[i] * reflected.row(i).square().transpose();
   }
   return (below > 0).select(above / below, 0.0);
 }
@@ -99,83 +103,94 @@ BandArray smooth(const PatchMesh& mesh, const BandArray& error) {
   return out;
 }
 
-// The scene solved on larger patches, and what B of the finer mesh is on them.
-struct Coarser {
-  Coarser(const SolvedProblem& problem, Patches&& larger, const FormFactorOptions& options)
-      : patches(std::move(larger)),
-        visibility(patches.mesh),
-        solved(solve_on(problem, patches.mesh, visibility, options)) {
-    const PatchMesh& fine = problem.patches.mesh;
-    difference = solved.radiosity - restrict_to(patches.mesh, fine, problem.solution.radiosity, &parent);
-    // A small face that is one patch on both meshes tells nothing of the error of patches; it is taken to have that of the others.
-    std::vector<int> pieces(static_cast<std::size_t>(patches.mesh.patch_count()), 0);
-    for (const Index p : parent)
-      if (p >= 0) ++pieces[static_cast<std::size_t>(p)];
-    for (Index p = 0; p < patches.mesh.patch_count(); ++p)
-      if (pieces[static_cast<std::size_t>(p)] == 1) difference.row(p).setConstant(kNan);
-  }
-
-  // Values on these patches, on those of the finer mesh that lie in them.
-  BandArray on_finer(const BandArray& values) const {
-    BandArray out = BandArray::Zero(static_cast<Index>(parent.size()), values.cols());
-    for (Index i = 0; i < out.rows(); ++i) {
-      const auto p = parent[static_cast<std::size_t>(i)];
-      if (p >= 0 && !values.row(p).isNaN().any()) out.row(i) = values.row(p);
-    }
-    return out;
-  }
-
-  Patches patches;
-  Visibility visibility;
-  Solved solved;
-  BandArray difference;
-  std::vector<Index> parent;
-};
-
-// Absent, with a note, where no coarser mesh tells the error of the patches.
-std::unique_ptr<Coarser> twice_the_size(const SolvedProblem& problem, const FormFactorOptions& options,
-                                        std::vector<std::string>& notes) {
-  if (!(problem.patches.patch_size > 0)) {
-    notes.emplace_back(
-        "error of the patches: the faces were kept as they are, so there is no coarser mesh to compare with");
-    return nullptr;
-  }
-  const Index n = problem.patches.mesh.patch_count();
-  Patches larger = make_patches(problem.scene, PatchSize{2 * problem.patches.patch_size});
-  if (larger.mesh.patch_count() > 0.7 * n) {
-    notes.push_back(fmt::format(
-        "error of the patches: twice their size still gives {} of {} patches, too many to tell the order",
-        larger.mesh.patch_count(), n));
-    return nullptr;
-  }
-  return std::make_unique<Coarser>(problem, std::move(larger), options);
-}
-
 struct Noise {
   Eigen::ArrayXd relative_square;  // per band
   BandArray per_patch;
 };
 
-Noise form_factor_error(const SolvedProblem& problem, const FormFactorMethod& method, const Coarser* twice) {
-  if (method.exact()) {
-    const BandArray none =
-        BandArray::Zero(problem.solution.radiosity.rows(), problem.solution.radiosity.cols());
-    return {Eigen::ArrayXd::Zero(none.cols()), none};
-  }
-  // Cells are expensive, and what they are wrong by falls with the size of the patches, as viewpoints then stand closer: unless lamps
-  // are among what they see on one mesh only. Rays are cheap, a sixteenth of them on the same mesh.
-  const bool larger =
-      twice != nullptr && method.options().resolution > 0 && (twice->solved.lamps > 0) == (problem.lamps > 0);
-  const PatchMesh& mesh = larger ? twice->patches.mesh : problem.patches.mesh;
-  const Visibility& visibility = larger ? twice->visibility : problem.visibility;
-  const BandArray& radiosity = larger ? twice->solved.radiosity : problem.solution.radiosity;
-  const Cheaper other = cheaper(method);
-  const auto& pair_rows = larger ? twice->solved.pair_rows : problem.pair_rows;
+// Hemicubes over few points are compared with hemicubes over more, which cost more than what they are about: on patches of twice the
+// size, where both cost less and err twice as much. Absent where that mesh is not much coarser, or lamps are computed pair by pair on
+// only one of the two.
+std::optional<Noise> error_on_larger_patches(const SolvedProblem& problem, const FormFactorOptions& options,
+                                             const Cheaper& other) {
+  if (!(problem.patches.patch_size > 0)) return std::nullopt;
+  const Patches larger = make_patches(problem.scene, PatchSize{2 * problem.patches.patch_size});
+  if (larger.mesh.patch_count() > 0.7 * problem.patches.mesh.patch_count()) return std::nullopt;
+  const Visibility visibility(larger.mesh);
+  const Solved given = solve_on(problem, larger.mesh, visibility, options);
+  if ((given.lamps > 0) != (problem.lamps > 0)) return std::nullopt;
   const BandArray error =
-      (solve_on(problem, mesh, visibility, other.options, pair_rows).radiosity - radiosity) /
-      (larger ? 2 * other.divisor : other.divisor);
-  Noise out{mean_square(mesh, error, radiosity - mesh.emission()), smooth(mesh, error)};
-  if (larger) out.per_patch = twice->on_finer(out.per_patch);
+      (solve_on(problem, larger.mesh, visibility, other.options, given.pair_rows).radiosity - given.radiosity) /
+      (2 * other.divisor);
+  const Eigen::ArrayXd square = mean_square(larger.mesh.areas(), error, given.radiosity - larger.mesh.emission());
+  const BandArray reflected = problem.solution.radiosity - problem.patches.mesh.emission();
+  return Noise{square, reflected.rowwise() * square.sqrt().transpose()};
+}
+
+Noise form_factor_error(const SolvedProblem& problem, const FormFactorMethod& method) {
+  const PatchMesh& mesh = problem.patches.mesh;
+  const BandArray& radiosity = problem.solution.radiosity;
+  if (method.exact())
+    return {Eigen::ArrayXd::Zero(radiosity.cols()), BandArray::Zero(radiosity.rows(), radiosity.cols())};
+  const Cheaper other = cheaper(method);
+  if (other.options.samples > method.options().samples)
+    if (auto noise = error_on_larger_patches(problem, method.options(), other)) return *std::move(noise);
+  const BandArray error =
+      (solve_on(problem, mesh, problem.visibility, other.options, problem.pair_rows).radiosity - radiosity) /
+      other.divisor;
+  return {mean_square(mesh.areas(), error, radiosity - mesh.emission()), smooth(mesh, error)};
+}
+
+// What exchanges nothing.
+std::vector<std::uint8_t> isolated(const FormFactorMatrix& f) {
+  std::vector<std::uint8_t> out;
+  for (Index i = 0; i < f.size(); ++i) {
+    const auto values = f.row(i).values;
+    out.push_back(std::none_of(values.begin(), values.end(), [](float v) { return v > 0; }) ? 1 : 0);
+  }
+  return out;
+}
+
+// Absent, with a note, where few patches have others beside them to be joined with.
+std::optional<Coarsening> coarser(const SolvedProblem& problem, const FormFactorMatrix& f, double factor,
+                                  std::vector<std::string>& notes) {
+  const Index n = f.size();
+  Coarsening out = coarsen(problem.patches.mesh, problem.visibility.facets(), factor, isolated(f));
+  if (out.count <= 0.7 * n) return out;
+  notes.push_back(fmt::format(
+      "error of the patches: joining those beside each other leaves {} of {}, too many to tell the order", out.count, n));
+  return std::nullopt;
+}
+
+// B where it is constant on larger patches, less the means of B over these; not-a-number on those of one member: they tell nothing
+// and are taken to be wrong by as much as the others.
+struct CoarseError {
+  BandArray difference;
+  Eigen::ArrayXd relative_square;  // per band
+};
+
+CoarseError coarse_error(const SolvedProblem& problem, const FormFactorMatrix& f, const Coarsening& larger) {
+  if (problem.assembly.progress && !problem.assembly.progress(0)) throw Stopped{};
+  const PatchMesh& mesh = problem.patches.mesh;
+  std::vector<Index> first(static_cast<std::size_t>(larger.count));  // members: one material, so one ρ and one E
+  Eigen::ArrayXd areas = Eigen::ArrayXd::Zero(larger.count);
+  Eigen::ArrayXi members = Eigen::ArrayXi::Zero(larger.count);
+  for (Index i = mesh.patch_count() - 1; i >= 0; --i) {
+    const Index p = larger.parent[static_cast<std::size_t>(i)];
+    first[static_cast<std::size_t>(p)] = i;
+    areas[p] += mesh.area(i);
+    ++members[p];
+  }
+  const auto of_first = [&](const BandArray& values) -> BandArray { return values(first, Eigen::all); };
+  const BandArray emission = of_first(mesh.emission());
+  const FormFactorMatrix aggregated = aggregate(f, mesh.areas(), larger);
+  const RadiositySystem system(aggregated, areas, of_first(mesh.reflectance()), emission,
+                               of_first(mesh.absorptance()));
+  const BandArray radiosity = problem.solver.solve(system, quiet(problem.solver_options)).radiosity;
+  CoarseError out{radiosity - restrict_to(larger, mesh.areas(), problem.solution.radiosity), {}};
+  for (Index p = 0; p < larger.count; ++p)
+    if (members[p] == 1) out.difference.row(p).setConstant(kNan);
+  out.relative_square = mean_square(areas, out.difference, radiosity - emission);
   return out;
 }
 
@@ -185,115 +200,30 @@ struct PatchError {
   BandArray per_patch;
 };
 
-// `noise` is the mean square of that of B, the coarser solutions have `noisier` times as much.
-PatchError patch_error(const SolvedProblem& problem, const Coarser& twice, const FormFactorOptions& options,
-                       const Eigen::ArrayXd& noise, double noisier) {
-  // The mean over factor² patches has that much less noise; the coarse solution has its own.
-  const auto square = [&](const Coarser& coarse, double factor) -> Eigen::ArrayXd {
-    const PatchMesh& mesh = coarse.patches.mesh;
-    const Eigen::ArrayXd raw =
-        mean_square(mesh, coarse.difference, coarse.solved.radiosity - mesh.emission());
-    return (raw - noise * (noisier + 1 / (factor * factor))).max(0.04 * raw);
-  };
-  const Eigen::ArrayXd half = square(twice, 2);
-  const Eigen::ArrayXd quarter = square(
-      Coarser(problem, make_patches(problem.scene, PatchSize{4 * problem.patches.patch_size}), options), 4);
+std::optional<PatchError> patch_error(const SolvedProblem& problem, const FormFactorMatrix& f,
+                                      std::vector<std::string>& notes) {
+  const auto twice = coarser(problem, f, 2, notes);
+  if (!twice) return std::nullopt;
+  const auto four_times = coarser(problem, f, 4, notes);
+  if (!four_times) return std::nullopt;
+  const CoarseError half = coarse_error(problem, f, *twice);
+  const Eigen::ArrayXd quarter = coarse_error(problem, f, *four_times).relative_square;
   // One order for all bands, from that with the largest error.
   Eigen::Index band = 0;
-  half.maxCoeff(&band);
-  const double ratio = half[band] > 0 ? std::sqrt(quarter[band] / half[band]) : 0;
+  half.relative_square.maxCoeff(&band);
+  const double ratio = half.relative_square[band] > 0 ? std::sqrt(quarter[band] / half.relative_square[band]) : 0;
   // 2^p. Where shadows end inside of patches p is 3/2 in the end, however well the smooth light does on coarse meshes. Where p
-  // is above 2, the coarsest mesh is too coarse for an order, and the least is taken: what furnished rooms show (docs/calibration.md).
+  // is above 2, the largest patches are too large for an order, and the least is taken: what furnished rooms show (docs/calibration.md).
   constexpr double kLeastOrder = 1.15;
   const double measured = ratio - 1;
   const double gain = std::clamp(measured <= 5 ? measured : 0, std::exp2(kLeastOrder), std::sqrt(8.0));
-  return {half / ((gain - 1) * (gain - 1)), std::log2(gain),
-          twice.on_finer(twice.difference.abs()) / (gain - 1)};
-}
-
-}  // namespace
-
-BandArray restrict_to(const PatchMesh& coarse, const PatchMesh& fine, const BandArray& values,
-                      std::vector<Index>* parent) {
-  struct Place {
-    Facet::Piece plane;
-    PatchLocator locator;
-  };
-  const std::vector<Facet> all = facets(coarse);
-  std::vector<Place> places;
-  std::unordered_map<Index, std::vector<std::size_t>> of_surface;
-  places.reserve(all.size());
-  for (const Facet& facet : all) {
-    places.push_back({facet.pieces[0], PatchLocator(coarse, facet)});
-    for (const Index i : facet.patches) {
-      auto& list = of_surface[coarse.surface(i)];
-      if (list.empty() || list.back() != places.size() - 1) list.push_back(places.size() - 1);
-    }
+  BandArray per_patch(f.size(), half.difference.cols());
+  for (Index i = 0; i < per_patch.rows(); ++i) {
+    const auto error = half.difference.row(twice->parent[static_cast<std::size_t>(i)]).abs() / (gain - 1);
+    per_patch.row(i) = error.isNaN().select(0.0, error);
   }
-  // Borders of the two meshes need not coincide: a triangle that crosses one is spread over the centroids of its 64 pieces. Values
-  // are linear there, between means at the vertices, shifted to keep the mean of the patch: a patch on both sides of a border
-  // that gave both the same would hide a part of the gradient, as large as what the size of patches does.
-  constexpr int kSide = 8;
-  const BandArray at_vertices = vertex_means(fine, values);
-  using Row = Eigen::Array<double, 1, Eigen::Dynamic>;
-  BandArray sums = BandArray::Zero(coarse.patch_count(), values.cols());
-  Eigen::ArrayXd areas = Eigen::ArrayXd::Zero(coarse.patch_count());
-  if (parent != nullptr) parent->assign(static_cast<std::size_t>(fine.patch_count()), -1);
-  for (Index i = 0; i < fine.patch_count(); ++i) {
-    const auto found = of_surface.find(fine.surface(i));
-    if (found == of_surface.end()) continue;
-    // The planes of one face: its two sides, and the triangles of a face that is not planar.
-    const Place* best = nullptr;
-    double nearest = std::numeric_limits<double>::infinity();
-    for (const std::size_t p : found->second) {
-      const Facet::Piece& plane = places[p].plane;
-      if (plane.normal.dot(fine.normal(i)) < 0.9) continue;
-      const double height = std::abs(plane.normal.dot(fine.centroid(i) - plane.corners[0]));
-      if (height >= nearest) continue;
-      nearest = height;
-      best = &places[p];
-    }
-    if (best == nullptr) continue;
-    const auto place = [&](const Vec3& x) { return best->locator.at(best->locator.flat(x)); };
-    if (parent != nullptr) (*parent)[static_cast<std::size_t>(i)] = place(fine.centroid(i));
-    Row shift = values.row(i);
-    for (const auto& t : fine.triangles(i)) {
-      const double area =
-          (fine.vertex(t[1]) - fine.vertex(t[0])).cross(fine.vertex(t[2]) - fine.vertex(t[0])).norm() / 2;
-      for (const Index v : t) shift -= area / (3 * fine.area(i)) * at_vertices.row(v);
-    }
-    for (const auto& t : fine.triangles(i)) {
-      const Vec3& corner = fine.vertex(t[0]);
-      const Vec3 e1 = (fine.vertex(t[1]) - corner) / kSide;
-      const Vec3 e2 = (fine.vertex(t[2]) - corner) / kSide;
-      const double share = e1.cross(e2).norm() / 2;
-      const auto at = [&](double u, double v) { return place(corner + u * e1 + v * e2); };
-      const auto add_to = [&](Index j, double area, double u, double v) {
-        sums.row(j) += area * (shift + (kSide - u - v) / kSide * at_vertices.row(t[0]) +
-                               u / kSide * at_vertices.row(t[1]) + v / kSide * at_vertices.row(t[2]));
-        areas[j] += area;
-      };
-      // Patches are convex: one that holds the corners holds the triangle. Just inside of them, because a corner may lie on a border.
-      constexpr double kNear = 0.01, kFar = kSide - 2 * kNear;
-      const Index whole = at(kNear, kNear);
-      if (whole == at(kFar, kNear) && whole == at(kNear, kFar)) {
-        add_to(whole, kSide * kSide * share, kSide / 3.0, kSide / 3.0);
-        continue;
-      }
-      const auto add = [&](double u, double v) { add_to(at(u, v), share, u, v); };
-      for (int a = 0; a < kSide; ++a) {
-        for (int b = 0; a + b < kSide; ++b) {
-          add(a + 1.0 / 3, b + 1.0 / 3);
-          if (a + b + 1 < kSide) add(a + 2.0 / 3, b + 2.0 / 3);
-        }
-      }
-    }
-  }
-  for (Index j = 0; j < coarse.patch_count(); ++j) sums.row(j) /= areas[j] > 0 ? areas[j] : kNan;
-  return sums;
+  return PatchError{half.relative_square / ((gain - 1) * (gain - 1)), std::log2(gain), per_patch};
 }
-
-namespace {
 
 // Largest error over what is reflected, of the patches that reflect 1 % of the mean or more.
 double largest_share(const PatchMesh& mesh, const BandArray& error, const BandArray& reflected) {
@@ -325,29 +255,29 @@ auto attempt(std::string_view part, std::vector<std::string>& notes, Compute&& c
   return std::nullopt;
 }
 
-ErrorEstimate estimate(const SolvedProblem& problem) {
+ErrorEstimate estimate(const SolvedProblem& problem, std::unique_ptr<const FormFactorMatrix> form_factors) {
   const PatchMesh& mesh = problem.patches.mesh;
   const BandArray& radiosity = problem.solution.radiosity;
   ErrorEstimate out;
   out.solver = problem.solution.report.residual;
 
-  const auto method = problem.method.make(problem.visibility, problem.form_factor_options);
-  // Rays are spared on the coarser meshes, whose rows then have more noise.
-  FormFactorOptions options = method->options();
-  double noisier = 1;
-  if (!method->reciprocal() && options.resolution == 0) {
-    options.samples = std::max<Index>(64, options.samples / 4);
-    noisier = static_cast<double>(method->options().samples) / static_cast<double>(options.samples);
-  }
-  const auto twice = attempt("patches", out.notes, [&] {
-                       return twice_the_size(problem, options, out.notes);
-                     }).value_or(nullptr);
   const BandArray reflected = radiosity - mesh.emission();
   Eigen::ArrayXd square = Eigen::ArrayXd::Constant(radiosity.cols(), out.solver * out.solver);
   out.per_patch = (out.solver * reflected).square();
 
-  const auto noise =
-      attempt("form factors", out.notes, [&] { return form_factor_error(problem, *method, twice.get()); });
+  const auto patches = attempt("patches", out.notes, [&] {
+                         return patch_error(problem, *form_factors, out.notes);
+                       }).value_or(std::nullopt);
+  form_factors.reset();  // the rest needs the memory
+  if (patches) {
+    out.patches = std::sqrt(patches->relative_square.maxCoeff());
+    out.order = patches->order;
+    square += patches->relative_square;
+    out.per_patch += patches->per_patch.square();
+  }
+
+  const auto method = problem.method.make(problem.visibility, problem.form_factor_options);
+  const auto noise = attempt("form factors", out.notes, [&] { return form_factor_error(problem, *method); });
   if (noise) {
     const Eigen::ArrayXd all = noise->relative_square + problem.unrestored * problem.unrestored;
     out.form_factors = std::sqrt(all.maxCoeff());
@@ -362,19 +292,6 @@ ErrorEstimate estimate(const SolvedProblem& problem) {
     out.form_factors.reset();
   }
 
-  const auto patches = twice ? attempt("patches", out.notes,
-                                       [&] {
-                                         const Eigen::ArrayXd none = Eigen::ArrayXd::Zero(radiosity.cols());
-                                         return patch_error(problem, *twice, options,
-                                                            noise ? noise->relative_square : none, noisier);
-                                       })
-                             : std::nullopt;
-  if (patches) {
-    out.patches = std::sqrt(patches->relative_square.maxCoeff());
-    out.order = patches->order;
-    square += patches->relative_square;
-    out.per_patch += patches->per_patch.square();
-  }
   out.per_patch = out.per_patch.sqrt();
   out.known = std::sqrt(square.maxCoeff());
   if (!out.form_factors || !out.patches) return out;
@@ -390,7 +307,8 @@ std::vector<Material> in_units(std::vector<Material> materials, const BandValues
 
 }  // namespace
 
-std::optional<ErrorEstimate> estimate_error(const SolvedProblem& problem) try {
+std::optional<ErrorEstimate> estimate_error(const SolvedProblem& problem,
+                                            std::unique_ptr<const FormFactorMatrix> form_factors) try {
   const PatchMesh& mesh = problem.patches.mesh;
   Solution solution = problem.solution;
   const BandValues unit = light_unit(solution.radiosity);
@@ -401,7 +319,8 @@ std::optional<ErrorEstimate> estimate_error(const SolvedProblem& problem) try {
   ErrorEstimate out =
       estimate({scene, patches, problem.visibility, problem.method, problem.form_factor_options,
                 problem.assembly, problem.solver, problem.solver_options, solution, problem.lamps,
-                problem.unrestored, problem.unreliable, problem.pair_rows});
+                problem.unrestored, problem.unreliable, problem.pair_rows},
+               std::move(form_factors));
   out.per_patch.rowwise() *= unit.transpose();
   return out;
 } catch (const Stopped&) {

@@ -192,20 +192,21 @@ SolvedScene solve_once(const SceneToSolve& task, const SceneSettings& settings, 
 
   // Closing rows needs all of them, so a request to leave them open stores them too.
   const bool stored = info.needs_stored_rows || !task.options.close;
-  std::unique_ptr<FormFactors> form_factors;
+  std::unique_ptr<const FormFactorMatrix> matrix;
+  std::unique_ptr<const RowsOnDemand> rows;
   if (stored) {
-    form_factors = std::make_unique<FormFactorMatrix>(prepared.form_factors());
+    matrix = std::make_unique<const FormFactorMatrix>(prepared.form_factors());
     if (!task.options.estimate_error) assembly.pair_rows.reset();
   } else {
     out.form_factors.storage = FormFactorStorage::rows;
-    form_factors = std::make_unique<RowsOnDemand>(*prepared.chosen().method, prepared.visibility());
+    rows = std::make_unique<const RowsOnDemand>(*prepared.chosen().method, prepared.visibility());
     prepared.ended(SolveStage::form_factors);
   }
 
   Stopwatch watch;
   const std::unique_ptr<Solver> solver = info.make();
   {
-    const RadiositySystem system(*form_factors, mesh);
+    const RadiositySystem system(stored ? static_cast<const FormFactors&>(*matrix) : *rows, mesh);
     if (task.options.step)
       options.step = [&](Index iteration, double, const BandArray& radiosity) {
         task.options.step(iteration, radiosity);
@@ -231,12 +232,12 @@ SolvedScene solve_once(const SceneToSolve& task, const SceneSettings& settings, 
   prepared.ended(SolveStage::solve);
 
   if (task.options.estimate_error && stored && assembly.completed && out.converged()) {
-    form_factors.reset();  // the estimate needs the memory
     watch.lap();
     out.error = estimate_error({scene, out.patches, prepared.visibility(), *prepared.chosen().info,
                                 prepared.chosen().options, assembly_options(task, SolveStage::error), *solver,
                                 out.solver_options, out.solution, assembly.lamps, assembly.unrestored(),
-                                assembly.unreliable, assembly.pair_rows});
+                                assembly.unreliable, assembly.pair_rows},
+                               std::move(matrix));
     out.seconds.error = watch.lap();
     prepared.ended(SolveStage::error);
   }

@@ -10,6 +10,7 @@
 
 #include "cases/calibration.hpp"
 #include "cases/scenes.hpp"
+#include "radiosity/simulation/restrict_to.hpp"
 
 namespace radiosity::test {
 namespace {
@@ -34,7 +35,8 @@ Estimated run(const Scene& scene, const PatchOptions& patch_options, std::string
   limited.memory_limit_bytes = memory_limit_bytes;
   const auto estimate =
       estimate_error({scene, patches, visibility, info, options, limited, *solver, SolverOptions{}, solution,
-                      assembly.lamps, assembly.unrestored(), assembly.unreliable, assembly.pair_rows});
+                      assembly.lamps, assembly.unrestored(), assembly.unreliable, assembly.pair_rows},
+                     std::make_unique<const FormFactorMatrix>(f));
   return {estimate.value(), std::move(patches), solution.radiosity};
 }
 
@@ -116,7 +118,7 @@ TEST(ErrorEstimate, IsRelativeHoweverMuchOrLittleIsEmitted) {
   }
 }
 
-TEST(ErrorEstimate, KnowsNoTotalWhereThereIsNoCoarserMesh) {
+TEST(ErrorEstimate, KnowsNoTotalWherePatchesCannotBeJoined) {
   const ErrorEstimate kept = run(lit_cube(0.5, 0.5, 0.5), KeepFaces{}, "analytic", {}).estimate;
   EXPECT_EQ(kept.form_factors, 0);
   EXPECT_EQ(kept.patches, std::nullopt);
@@ -124,6 +126,14 @@ TEST(ErrorEstimate, KnowsNoTotalWhereThereIsNoCoarserMesh) {
   EXPECT_EQ(kept.largest, std::nullopt);
   EXPECT_EQ(kept.known, kept.solver);  // √(0² + solver²)
   EXPECT_EQ(kept.notes.size(), 1u);
+}
+
+TEST(ErrorEstimate, IsTheSameForFacesThatAreThePatches) {
+  const Scene scene = lit_cube(0.2, 0.7, 0.5);
+  const Estimated cut = run(scene, PatchSize{0.25}, "analytic", {});
+  const Estimated kept = run(scene_of(cut.patches.mesh), KeepFaces{}, "analytic", {});
+  EXPECT_EQ(kept.estimate.total, cut.estimate.total);
+  EXPECT_TRUE((kept.estimate.per_patch == cut.estimate.per_patch).all());
 }
 
 // One viewpoint of 8 cells has at most 192 entries a row, four have 768: on 600 patches 32 · 600 · 192 = 3.7 MB, but 24 · 600² = 8.6 MB.
@@ -162,7 +172,8 @@ TEST(ErrorEstimate, StopsWhenAskedTo) {
   AssemblyOptions stopping;
   stopping.progress = [](double) { return false; };
   EXPECT_FALSE(
-      estimate_error({scene, patches, visibility, info, {}, stopping, *solver, SolverOptions{}, solution}));
+      estimate_error({scene, patches, visibility, info, {}, stopping, *solver, SolverOptions{}, solution},
+                     std::make_unique<const FormFactorMatrix>(f)));
 }
 
 TEST(RestrictTo, KeepsLinearFieldsOnNestedAndUnnestedGrids) {
@@ -177,8 +188,7 @@ TEST(RestrictTo, KeepsLinearFieldsOnNestedAndUnnestedGrids) {
       return values;
     };
     const BandArray restricted = restrict_to(coarse, fine, field(fine));
-    // Patches that straddle a border are split over pieces an eighth of their size; the means at vertices on the outer border
-    // are half a patch off.
+    // The means at vertices on the outer border are half a patch off.
     const double allowed = size == 1.0 / 6 ? 1e-12 : 0.015;
     EXPECT_LT((restricted - field(coarse)).abs().maxCoeff(), allowed);
   }

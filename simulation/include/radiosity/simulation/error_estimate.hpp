@@ -17,7 +17,7 @@ namespace radiosity {
 struct ErrorEstimate {
   std::optional<double>
       form_factors;               ///< noise and visibility of F, and what could not be restored of its rows
-  std::optional<double> patches;  ///< B is constant on each patch; absent where no coarser mesh tells
+  std::optional<double> patches;  ///< B is constant on each patch; absent where no larger patches tell
   double solver = 0;              ///< what the residual leaves
   double known = 0;  ///< √(sum of squares) of what is known of the parts: a lower bound where not all is
   std::optional<double> total;  ///< the same where all of it is known, absent where it is not
@@ -46,30 +46,26 @@ struct SolvedProblem {
   std::shared_ptr<const PairRows> pair_rows = {};
 };
 
-/// Estimates the error of a solution by solving three cheaper problems:
+/// Estimates the error of a solution by solving cheaper problems:
 ///
 /// Form factors: the same mesh with fewer samples. Where the method samples, the two are independent; if the cheaper one has r
 /// times the variance, the rms of the difference D is √(1 + r) times the error of the better one. Where it is
 /// deterministic and its error falls as 1/N with the number of points, D is N/N' − 1 times that error. Methods that are exact
-/// have none. Hemicubes, which are expensive, are compared on patches of twice the size instead, and D is halved, as their error
-/// falls with the size (unless lamps are computed pair by pair on only one of the two meshes).
+/// have none. Hemicubes over fewer than four points are compared with four on patches of twice the size instead, and D is halved, as
+/// their error falls with the size (unless lamps are computed pair by pair on only one of the two meshes).
 ///
-/// Patches: meshes of two and four times the patch size h, compared with B averaged over their patches. With an error C h^p
-///   E₂ = C h^p (2^p − 1),  E₄ = C h^p (4^p − 1)  ⇒  2^p = E₄/E₂ − 1  (Richardson, the order measured, kept within [1.15, 3/2]),
-/// after the noise that the form factors bring into E₂ and E₄ has been taken off. The error of B is then E₂ / (2^p − 1).
+/// Patches: joined to patches of two and four times their size h (see coarsen), B being constant on these (see aggregate), compared
+/// with the means of B over them. With an error C h^p
+///   E₂ = C h^p (2^p − 1),  E₄ = C h^p (4^p − 1)  ⇒  2^p = E₄/E₂ − 1  (Richardson, the order measured, kept within [1.15, 3/2]).
+/// The error of B is then E₂ / (2^p − 1). The form factors are those of the solution, so that what they are wrong by is in neither.
 ///
 /// Solver: the residual, a share of the power emitted, is amplified at most as much as that power is: the relative error
 /// of the total radiosity is the residual.
 ///
 /// A part is not known, and a note says why, where its cheaper problem cannot be solved, for want of memory or because it breaks a
-/// rule, or where some factors are known to be wrong.
-/// Nothing where the progress function asked to stop.
-std::optional<ErrorEstimate> estimate_error(const SolvedProblem& problem);
-
-/// Values on the patches of `fine`, averaged by area over the patches of `coarse` at the same place of the same face; patches
-/// that nothing of it falls into get not-a-number.
-/// `parent` receives, for each fine patch, the coarse one that its centroid lies in.
-BandArray restrict_to(const PatchMesh& coarse, const PatchMesh& fine, const BandArray& values,
-                      std::vector<Index>* parent = nullptr);
+/// rule, where some factors are known to be wrong, or where hardly a patch has others beside it to be joined with.
+/// F is that of the solution; it is freed as soon as it has been read. Nothing where the progress function asked to stop.
+std::optional<ErrorEstimate> estimate_error(const SolvedProblem& problem,
+                                            std::unique_ptr<const FormFactorMatrix> form_factors);
 
 }  // namespace radiosity

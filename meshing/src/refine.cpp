@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "radiosity/meshing/refine.hpp"
+
+#include <fmt/format.h>
+
+#include <limits>
+#include <unordered_map>
+
+#include "polygon.hpp"
+#include "radiosity/meshing/error.hpp"
+#include "radiosity/meshing/tolerances.hpp"
+
+namespace radiosity {
+namespace {
+
+class Cutter {
+ public:
+  Cutter(const PatchMesh& mesh, Index k) : mesh_(mesh), k_(k) {
+    arrays_.vertices = mesh.vertices();
+    arrays_.materials = mesh.materials();
+  }
+
+  Refinement run() {
+    for (patch_ = 0; patch_ < mesh_.patch_count(); ++patch_) {
+      const auto c = mesh_.corners(patch_);
+      if (c.size() == 4 && is_convex(c))
+        add_quad({c[0], c[1], c[2], c[3]});
+      else
+        for (const auto& triangle : mesh_.triangles(patch_)) add_triangle(triangle);
+    }
+    coarsening_.count = mesh_.patch_count();
+    return {PatchMesh(std::move(arrays_)), std::move(coarsening_)};
+  }
+
+ private:
+  bool is_convex(std::span<const Index> corners) const {
+    const polygon::Plane plane(mesh_.vertices(), corners);
+    return polygon::is_convex(polygon::project(plane, mesh_.vertices(), corners), 0);
+  }
+
+  Index add_point(const Vec3& x) {
+    arrays_.vertices.push_back(x);
+    return static_cast<Index>(arrays_.vertices.size()) - 1;
+  }
+
+  // The point at step/k of the way from a to b: one for both sides of the edge.
+  Index on_edge(Index a, Index b, Index step) {
+    if (step == 0) return a;
+    if (step == k_) return b;
+    const auto [first, is_new] =
+        edges_.try_emplace(edge_key(a, b), static_cast<Index>(arrays_.vertices.size()));
+    if (is_new) {
+      const Vec3 from = mesh_.vertex(std::min(a, b)), to = mesh_.vertex(std::max(a, b));
+      for (Index s = 1; s < k_; ++s) add_point(from + static_cast<double>(s) / k_ * (to - from));
+    }
+    return first->second + (a < b ? step : k_ - step) - 1;
+  }
+
+  void add_patch(std::initializer_list<Index> corners) {
+    arrays_.corners.insert(arrays_.corners.end(), corners);
+    arrays_.patch_start.push_back(static_cast<Index>(arrays_.corners.size()));
+    arrays_.patch_surface.push_back(mesh_.surface(patch_));
+    arrays_.patch_material.push_back(mesh_.material(patch_));
+    coarsening_.parent.push_back(patch_);
+  }
+
+  void add_quad(const std::array<Index, 4>& c) {
+    const Vec3& origin = mesh_.vertex(c[0]);
+    const Vec3 u = mesh_.vertex(c[1]) - origin, v = mesh_.vertex(c[3]) - origin;
+    const Vec3 twist = mesh_.vertex(c[2]) - origin - u - v;
+    const auto inner = static_cast<Index>(arrays_.vertices.size());
+    for (Index j = 1; j < k_; ++j)
+      for (Index i = 1; i < k_; ++i) {
+        const double s = static_cast<double>(i) / k_, t = static_cast<double>(j) / k_;
+        add_point(origin + (s * u + t * v + s * t * twist));
+      }
+    const auto point = [&](Index i, Index j) {
+      if (j == 0) return on_edge(c[0], c[1], i);
+      if (i == k_) return on_edge(c[1], c[2], j);
+      if (j == k_) return on_edge(c[3], c[2], i);
+      if (i == 0) return on_edge(c[0], c[3], j);
+      return inner + (j - 1) * (k_ - 1) + i - 1;
+    };
+    for (Index j = 0; j < k_; ++j)
+      for (Index i = 0; i < k_; ++i)
+        add_patch({point(i, j), point(i + 1, j), point(i + 1, j + 1), point(i, j + 1)});
+  }
+
+  void add_triangle(const std::array<Index, 3>& c) {
+    const Vec3& origin = mesh_.vertex(c[0]);
+    const Vec3 u = (mesh_.vertex(c[1]) - origin) / k_, v = (mesh_.vertex(c[2]) - origin) / k_;
+    const auto inner = static_cast<Index>(arrays_.vertices.size());
+    for (Index j = 1; j < k_; ++j)
+      for (Index i = 1; i < k_ - j; ++i) add_point(origin + (i * u + j * v));
+    const auto point = [&](Index i, Index j) {
+      if (j == 0) return on_edge(c[0], c[1], i);
+      if (i + j == k_) return on_edge(c[1], c[2], j);
+      if (i == 0) return on_edge(c[0], c[2], j);
+      // Rows 1 … j − 1 have k − 1 − row inner points each.
+      return inner + (j - 1) * (k_ - 1) - (j - 1) * j / 2 + i - 1;
+    };
+    for (Index j = 0; j < k_; ++j)
+      for (Index i = 0; i + j < k_; ++i) {
+        add_patch({point(i, j), point(i + 1, j), point(i, j + 1)});
+        if (i + j + 1 < k_) add_patch({point(i + 1, j), point(i + 1, j + 1), point(i, j + 1)});
+      }
+  }
+
+  const PatchMesh& mesh_;
+  Index k_;
+  Index patch_ = 0;
+  PatchMesh::Arrays arrays_;
+  Coarsening coarsening_;
+  std::unordered_map<std::uint64_t, Index> edges_;  // their first inner points
+};
+
+}  // namespace
+
+Refinement refine(const PatchMesh& mesh, Index k) {
+  if (k < 1) throw InputError(fmt::format("finer patches: {} pieces of an edge; at least 1 is needed", k));
+  const double corners = 6.0 * k * k * static_cast<double>(mesh.triangles().size());
+  if (corners > std::numeric_limits<Index>::max())
+    throw InputError(fmt::format("finer patches: {} of each edge of {} patches are more than an index counts",
+                                 k, mesh.patch_count()));
+  return Cutter(mesh, k).run();
+}
+
+}  // namespace radiosity
