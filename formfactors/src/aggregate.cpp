@@ -5,8 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <numeric>
+#include <utility>
 
 #include "radiosity/formfactors/threads.hpp"
 #include "radiosity/meshing/error.hpp"
@@ -46,31 +45,34 @@ FormFactorMatrix aggregate(const FormFactorMatrix& f, const Eigen::ArrayXd& area
   out.escaped.resize(count);
   constexpr Index kBlock = 16;
   for_each_block(coarsening.count, kBlock, [&](Index first, Index last) {
-    std::vector<double> sums(count);
+    std::vector<double> sums(count, 0.0);
+    std::vector<Index> met;
     for (Index group = first; group < last; ++group) {
       const auto g = static_cast<std::size_t>(group);
-      std::fill(sums.begin(), sums.end(), 0.0);
       double area = 0, diagonal = 0, escaped = 0;
       for (const Index i : members[g]) {
         area += areas[i];
         const FormFactorRow row = f.row(i);
         for_each_entry(row, [&](Index j, float f_ij) {
-          sums[static_cast<std::size_t>(coarsening.parent[static_cast<std::size_t>(j)])] +=
-              areas[i] * static_cast<double>(f_ij);
+          if (f_ij == 0) return;
+          const Index column = coarsening.parent[static_cast<std::size_t>(j)];
+          double& sum = sums[static_cast<std::size_t>(column)];
+          if (sum == 0) met.push_back(column);
+          sum += areas[i] * static_cast<double>(f_ij);
         });
         diagonal += areas[i] * row.diagonal;
         escaped += areas[i] * f.escaped(i);
       }
+      std::sort(met.begin(), met.end());
       Row& row = rows[g];
+      row.columns = met;
       row.diagonal = diagonal / area;
-      for (std::size_t j = 0; j < count; ++j) {
-        if (sums[j] == 0) continue;
-        const double exact = sums[j] / area;
-        const float stored = rounded_down(exact);
-        row.columns.push_back(static_cast<Index>(j));
-        row.values.push_back(stored);
-        row.diagonal += exact - static_cast<double>(stored);
+      for (const Index j : met) {
+        const double exact = std::exchange(sums[static_cast<std::size_t>(j)], 0) / area;
+        row.values.push_back(rounded_down(exact));
+        row.diagonal += exact - static_cast<double>(row.values.back());
       }
+      met.clear();
       out.escaped[g] = escaped / area;
     }
   });

@@ -43,7 +43,7 @@ AccuracyPlan scale(const AccuracyRound& round, double target) {
     noise_squared = noise * noise * std::pow(more_samples, -q);
   }
   const double patch_squared = std::max(squared - noise_squared, 0.1 * squared);
-  // Where no coarser mesh told the error of the patches, a finer one must.
+  // Where joined patches did not tell the error of the patches, smaller ones must.
   const double more_patches =
       !round.error.patches
           ? 4

@@ -106,7 +106,7 @@ class Rounds {
     }
   }
 
-  // Faces that are many leave no coarser mesh to compare a coarse one with.
+  // Faces that are many and far from each other are no larger patches together.
   void pilot(SceneSettings settings) {
     for (Index target = kPilotPatches;;) {
       settings.patches = AutoPatches{target};
