@@ -226,13 +226,14 @@ Visibility::Visibility(const PatchMesh& mesh)
     : mesh_(mesh),
       centre_((mesh.lower() + mesh.upper()) / 2),
       scale_(1 / mesh.diagonal()),
-      facets_(radiosity::facets(mesh)),
-      convex_(is_convex(facets_, mesh.diagonal())),
+      facets_(mesh.facets() ? mesh.facets()
+                            : std::make_shared<const std::vector<Facet>>(radiosity::facets(mesh))),
+      convex_(is_convex(*facets_, mesh.diagonal())),
       impl_(std::make_unique<Impl>()) {
-  impl_->locators.reserve(facets_.size());
-  for (std::size_t f = 0; f < facets_.size(); ++f) {
-    const PatchLocator& locator = impl_->locators.emplace_back(mesh, facets_[f]);
-    for (const Facet::Piece& piece : facets_[f].pieces) {
+  impl_->locators.reserve(facets_->size());
+  for (std::size_t f = 0; f < facets_->size(); ++f) {
+    const PatchLocator& locator = impl_->locators.emplace_back(mesh, (*facets_)[f]);
+    for (const Facet::Piece& piece : (*facets_)[f].pieces) {
       for (const auto& [a, b, d] : triangles_of_convex(piece.corners.size())) {
         const std::array<Vec3, 3> x{piece.corners[a], piece.corners[b], piece.corners[d]};
         Impl::Triangle& t = impl_->triangles.emplace_back();
@@ -258,8 +259,8 @@ Visibility::Visibility(const PatchMesh& mesh)
     impl_->planes.push_back({static_cast<float>(n.x()), static_cast<float>(n.y()), static_cast<float>(n.z()),
                              static_cast<float>(d)});
   }
-  for (std::size_t f = 0; f < facets_.size(); ++f) {
-    const Facet& facet = facets_[f];
+  for (std::size_t f = 0; f < facets_->size(); ++f) {
+    const Facet& facet = (*facets_)[f];
     // Heights over a patch's plane are at most those over the facet's and what the tilt between the two adds.
     const Vec3& normal = facet.pieces[0].normal;
     const Vec3& origin = facet.pieces[0].corners[0];
@@ -330,7 +331,7 @@ void Visibility::find_covered() {
     (faced[static_cast<std::size_t>(i)] != 0 ? candidates : others).push_back(i);
   if (candidates.empty()) return;
 
-  const WindingNumber winding_number(facets_);
+  const WindingNumber winding_number(*facets_);
   const auto w_before = [&](Index i) {
     return winding_number(inside(i) + tolerance::kContact * mesh_.diagonal() * mesh_.normal(i));
   };
@@ -343,7 +344,7 @@ void Visibility::find_covered() {
     if (std::abs(w - std::round(w)) < tolerance::kWholeWinding) whole += mesh_.area(others[k]);
   }
   if (!(whole > tolerance::kMostlyClosed * area)) return;
-  const double matter = inside_a_room(facets_, centre_) ? 0 : -1;
+  const double matter = inside_a_room(*facets_, centre_) ? 0 : -1;
   tbb::parallel_for(std::size_t{0}, candidates.size(), [&](std::size_t k) {
     covered_[static_cast<std::size_t>(candidates[k])] = w_before(candidates[k]) < matter + 0.5 ? 1 : 0;
   });

@@ -194,11 +194,17 @@ class WallFinder {
   }
 
   bool add_outline(const std::vector<Index>& group, std::vector<Facet>& out) const {
-    if (group.size() < 2) return false;
+    if (group.size() == 1 && !has_straight_corners(group[0])) return false;
     std::vector<Facet::Piece> pieces = outline(group);
     if (pieces.empty()) return false;
     out.push_back({group, std::move(pieces)});
     return true;
+  }
+
+  // Points of other patches lie on the edges of one that is not cut.
+  bool has_straight_corners(Index i) const {
+    const auto c = mesh_.corners(i);
+    return c.size() > 4 && polygon::is_planar(polygon::Plane(mesh_.vertices(), c), mesh_.vertices(), c);
   }
 
   // A patch that is a facet of its own; where it is not planar, every triangle has its own plane.
@@ -388,6 +394,22 @@ class WallFinder {
 
 std::vector<Facet> facets(const PatchMesh& mesh) {
   return WallFinder(mesh).find();
+}
+
+std::shared_ptr<const std::vector<Facet>> with_pieces(std::vector<Facet> facets,
+                                                      std::span<const Index> whole_of) {
+  std::size_t count = 0;
+  for (const Facet& facet : facets) count += facet.patches.size();
+  std::vector<std::size_t> facet_of(count);
+  for (std::size_t f = 0; f < facets.size(); ++f) {
+    for (const Index whole : facets[f].patches) facet_of[at(whole)] = f;
+    facets[f].patches.clear();
+  }
+  for (std::size_t i = 0; i < whole_of.size(); ++i)
+    facets[facet_of[at(whole_of[i])]].patches.push_back(static_cast<Index>(i));
+  if (std::any_of(facets.begin(), facets.end(), [](const Facet& facet) { return facet.patches.empty(); }))
+    return nullptr;
+  return std::make_shared<const std::vector<Facet>>(std::move(facets));
 }
 
 }  // namespace radiosity

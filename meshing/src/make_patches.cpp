@@ -11,6 +11,7 @@
 #include "contacts.hpp"
 #include "radiosity/meshing/disjoint_sets.hpp"
 #include "radiosity/meshing/error.hpp"
+#include "radiosity/meshing/facets.hpp"
 #include "radiosity/meshing/tolerances.hpp"
 #include "subdivide.hpp"
 #include "surface.hpp"
@@ -82,9 +83,27 @@ Index count_with_backs(const Pieces& pieces, const Surface& surface, const Scene
   return count;
 }
 
-PatchMesh to_mesh(const Pieces& pieces, const Surface& surface, const Scene& scene) {
+/// Which patch of a mesh of whole polygons a piece, or its back, belongs to: fronts are numbered as the polygons, then backs.
+struct Whole {
+  std::vector<Index> back;  // per polygon; −1: it has none
+  Index of(Index polygon, bool of_back) const { return of_back ? back[at(polygon)] : polygon; }
+};
+
+Whole number_wholes(const Surface& surface, const Scene& scene) {
+  Whole out;
+  Index next = surface.count();
+  for (Index p = 0; p < surface.count(); ++p)
+    out.back.push_back(scene.two_sided(surface.face[at(p)]) ? next++ : -1);
+  return out;
+}
+
+/// `of_wholes` are facets of the mesh of whole polygons; null: they are not known.
+PatchMesh to_mesh(const Pieces& pieces, const Surface& surface, const Scene& scene,
+                  const std::vector<Facet>* of_wholes = nullptr) {
   const std::vector<Index> shared = shared_corners(pieces, surface);
   PatchMesh::Arrays arrays;
+  std::vector<Index> whole_of;  // patches
+  const Whole wholes = number_wholes(surface, scene);
   arrays.materials = scene.materials();
   // Vertices are numbered in the order of their first use.
   const auto add_patches = [&](bool back) {
@@ -105,11 +124,19 @@ PatchMesh to_mesh(const Pieces& pieces, const Surface& surface, const Scene& sce
       arrays.patch_start.push_back(static_cast<Index>(arrays.corners.size()));
       arrays.patch_surface.push_back(surface.face[at(polygon)]);
       arrays.patch_material.push_back(material);
+      whole_of.push_back(wholes.of(polygon, back));
     }
   };
   add_patches(false);
   add_patches(true);
+  if (of_wholes != nullptr) arrays.facets = with_pieces(*of_wholes, whole_of);
   return PatchMesh(std::move(arrays));
+}
+
+/// What hides and is hidden: the polygons before they are cut.
+std::vector<Facet> facets_of_wholes(const Subdivision& subdivision, const Surface& surface,
+                                    const Scene& scene) {
+  return facets(to_mesh(subdivision.outlines(), surface, scene));
 }
 
 /// Edges of one-sided faces that no other face shares and that do not lie on another face.
@@ -280,7 +307,8 @@ Patches make_patches(const Scene& scene, const PatchOptions& options) {
                  },
                  [&](const KeepFaces&) -> Sized { return {}; }},
       options);
-  return {to_mesh(sized.pieces, polygons, scene), repairs, std::move(warnings),
+  const std::vector<Facet> walls = facets_of_wholes(subdivision, polygons, scene);
+  return {to_mesh(sized.pieces, polygons, scene, &walls), repairs, std::move(warnings),
           std::isfinite(sized.size) ? sized.size : 0};
 }
 

@@ -91,7 +91,7 @@ struct Topology {
 }  // namespace
 
 PatchMesh::PatchMesh(Arrays arrays) : arrays_(std::move(arrays)) {
-  const auto& [vertices, corners, patch_start, patch_surface, patch_material, materials] = arrays_;
+  const auto& [vertices, corners, patch_start, patch_surface, patch_material, materials, facets] = arrays_;
   constexpr auto kMost = static_cast<std::size_t>(std::numeric_limits<Index>::max());
   validate(std::span<const Material>(materials));
   const std::size_t patches = patch_material.size();
@@ -109,6 +109,19 @@ PatchMesh::PatchMesh(Arrays arrays) : arrays_(std::move(arrays)) {
     if (!vertices[v].allFinite())
       throw InputError(fmt::format("vertex {}: its coordinates ({}, {}, {}) are not finite", v,
                                    vertices[v].x(), vertices[v].y(), vertices[v].z()));
+
+  if (facets) {
+    std::vector<std::uint8_t> seen(patches, 0);
+    for (const Facet& facet : *facets)
+      for (const Index p : facet.patches) {
+        if (p < 0 || at(p) >= patches || seen[at(p)] != 0)
+          throw InputError(
+              fmt::format("facets: patch {} is in several, or not one of the {} patches", p, patches));
+        seen[at(p)] = 1;
+      }
+    if (const auto missing = std::find(seen.begin(), seen.end(), 0); missing != seen.end())
+      throw InputError(fmt::format("facets: patch {} is in none", missing - seen.begin()));
+  }
 
   areas_.resize(static_cast<Eigen::Index>(patches));
   normals_.reserve(patches);

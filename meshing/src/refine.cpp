@@ -8,6 +8,7 @@
 
 #include "polygon.hpp"
 #include "radiosity/meshing/error.hpp"
+#include "radiosity/meshing/facets.hpp"
 #include "radiosity/meshing/tolerances.hpp"
 
 namespace radiosity {
@@ -29,6 +30,7 @@ class Cutter {
         for (const auto& triangle : mesh_.triangles(patch_)) add_triangle(triangle);
     }
     coarsening_.count = mesh_.patch_count();
+    if (mesh_.facets()) arrays_.facets = with_pieces(*mesh_.facets(), coarsening_.parent);
     return {PatchMesh(std::move(arrays_)), std::move(coarsening_)};
   }
 

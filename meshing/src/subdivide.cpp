@@ -185,6 +185,21 @@ void Subdivision::require_possible(const std::vector<double>& wanted, double siz
       largest->face, longest, size, most, tolerance::kMostPiecesOfFace));
 }
 
+Pieces Subdivision::outlines() const {
+  Pieces result;
+  result.points = points_;
+  for (std::size_t p = 0; p < polygons_.size(); ++p) {
+    for (std::size_t k = 0; k < polygons_[p].boundary; ++k) {
+      const Use& use = uses_[polygons_[p].first + k];
+      const Edge& edge = edges_[at(use.edge)];
+      result.corners.push_back(use.forward ? edge.a : edge.b);
+    }
+    result.start.push_back(static_cast<Index>(result.corners.size()));
+    result.polygon.push_back(static_cast<Index>(p));
+  }
+  return result;
+}
+
 Pieces Subdivision::pieces(double size) const {
   const std::vector<double> wanted = edge_counts(size);
   require_possible(wanted, size);

@@ -25,6 +25,9 @@ class Subdivision {
   /// many, of all or of one face.
   Pieces pieces(double size) const;
 
+  /// The polygons themselves, with the points of others that lie on their edges.
+  Pieces outlines() const;
+
   /// About how many pieces that will be.
   double expected(double size) const;
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "cases/scenes.hpp"
+#include "radiosity/meshing/error.hpp"
 #include "radiosity/meshing/make_patches.hpp"
 #include "shapes.hpp"
 
@@ -148,6 +149,40 @@ TEST(Facets, LeavePatchesThatOverlapAsTheyAre) {
   const Vec3 x = Vec3::UnitX(), y = Vec3::UnitY();
   const PatchMesh mesh = MeshBuilder().grid({0, 0, 0}, x, y, 1, 1).grid({0, 0, 0}, 2 * x, y, 2, 1).build();
   expect_cover(mesh, facets(mesh));
+}
+
+// Those of the whole polygons are those that a search among the patches finds.
+TEST(Facets, AreHandedOnByThoseWhoCut) {
+  const auto two_sided = one_face(wall_round_a_window(), Sides::both);
+  for (const Scene& scene :
+       {box_on_floor(), two_furnished_rooms(), office_floor(), random_room(1), random_room(7), two_sided}) {
+    for (const double size : {5.0, 0.4}) {
+      const PatchMesh mesh = make_patches(scene, PatchSize{size}).mesh;
+      ASSERT_TRUE(mesh.facets());
+      expect_cover(mesh, *mesh.facets());
+      const auto found = facets(mesh);
+      ASSERT_EQ(mesh.facets()->size(), found.size());
+      for (std::size_t f = 0; f < found.size(); ++f) {
+        EXPECT_EQ((*mesh.facets())[f].patches, found[f].patches);
+        EXPECT_EQ((*mesh.facets())[f].back, found[f].back);
+      }
+      EXPECT_LE(pieces(*mesh.facets()), pieces(found));
+    }
+  }
+}
+
+TEST(Facets, OfAMeshHaveEachPatchOnce) {
+  PatchMesh::Arrays arrays;
+  arrays.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}};
+  arrays.corners = {0, 1, 2, 2, 1, 3};
+  arrays.patch_start = {0, 3, 6};
+  arrays.patch_surface = {0, 0};
+  arrays.patch_material = {0, 0};
+  arrays.materials = {radiosity::grey("wall", Sides::front)};
+  for (const std::vector<Index>& patches : {std::vector<Index>{0}, {0, 1, 1}, {0, 2}}) {
+    arrays.facets = std::make_shared<const std::vector<Facet>>(std::vector<Facet>{{patches, {}}});
+    EXPECT_THROW(PatchMesh{arrays}, InputError);
+  }
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ class Visibility {
 
   /// What is asked who hides whom: the walls as they were before they were cut, so that the cost of a ray does not depend
   /// on the number of patches. A hit is mapped to the patch at its place.
-  const std::vector<Facet>& facets() const { return facets_; }
+  const std::vector<Facet>& facets() const { return *facets_; }
 
   /// No patch can stand between two others: all lie on or in front of the planes of all others, so the
   /// scene is (part of) the boundary of a convex room and no ray is needed.
@@ -86,7 +86,7 @@ class Visibility {
   const PatchMesh& mesh_;
   Vec3 centre_;
   double scale_;
-  std::vector<Facet> facets_;
+  std::shared_ptr<const std::vector<Facet>> facets_;
   bool convex_;
   std::vector<std::uint8_t> covered_;
   std::unique_ptr<Impl> impl_;

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <span>
 #include <vector>
 
+#include "radiosity/meshing/facet.hpp"
 #include "radiosity/meshing/material.hpp"
 #include "radiosity/meshing/types.hpp"
 
@@ -24,12 +26,16 @@ class PatchMesh {
     std::vector<Index> patch_surface;   ///< the face of the file that patch i is a piece of
     std::vector<Index> patch_material;  ///< index into materials
     std::vector<Material> materials;
+    std::shared_ptr<const std::vector<Facet>> facets = {};  ///< null where they are not known
   };
 
   /// Throws InputError on an index out of range, a patch with fewer than three corners, no area or
-  /// coordinates that are not finite, or invalid materials. A power is divided by the area of its patches; InputError where
+  /// coordinates that are not finite, invalid materials, or facets that do not have each patch once. A power is divided by the area of its patches; InputError where
   /// there are none.
   explicit PatchMesh(Arrays arrays);
+
+  /// The faces that the patches are pieces of, as they were before they were cut; null where that is not known: see facets().
+  const std::shared_ptr<const std::vector<Facet>>& facets() const { return arrays_.facets; }
 
   /// The same patches with other materials, as many, in the same order. Throws InputError on others.
   PatchMesh with_materials(std::vector<Material> materials) const;
