@@ -16,6 +16,7 @@
 #include "radiosity/formfactors/form_factor_method.hpp"
 #include "radiosity/io/nearest_name.hpp"
 #include "radiosity/simulation/choose_method.hpp"
+#include "radiosity/simulation/elements.hpp"
 #include "radiosity/simulation/probe.hpp"
 #include "radiosity/solver/solver.hpp"
 
@@ -92,6 +93,16 @@ PatchOptions to_patch_options(const std::string& text) {
   if (text == "none") return KeepFaces{};
   if (text == "auto") return AutoPatches{};
   return PatchSize{*parse_finite(text)};
+}
+
+std::string element_size(const std::string& text) {
+  if (text == "none" || positive(text).empty()) return "";
+  return fmt::format("'{}' is neither 'none' nor a length in metres above 0", text);
+}
+
+ElementOptions to_element_options(const std::string& text) {
+  if (text == "none") return NoElements{};
+  return ElementSize{*parse_finite(text)};
 }
 
 // "hemisphere 1024, analytic 16": the defaults of the methods that this option sets.
@@ -235,6 +246,22 @@ class Parser {
         ->group("Patches");
   }
 
+  void add_elements(CLI::App* command) {
+    const std::string group = "Elements";
+    add_checked(command->add_option_function<std::string>(
+                    "--element-size",
+                    [this](const std::string& text) { options_.flags.elements = to_element_options(text); },
+                    "Longest edge in m of the pieces of patches for which light is\n"
+                    "gathered once more: patches carry it, elements show it, sharp\n"
+                    "shadows included; none: the patches do. Default: none"),
+                "METRES|none", element_size)
+        ->group(group);
+    add_checked(command->add_option("--element-samples", options_.flags.element_samples,
+                                    fmt::format("Rays per element. Default: {}", ElementGather{}.samples)),
+                "N", whole<Index>(1, 1 << 20))
+        ->group(group);
+  }
+
   void add_form_factors(CLI::App* command, bool with_method) {
     const std::string group = "Form factors";
     if (with_method) {
@@ -368,6 +395,7 @@ class Parser {
         ->option_text("FILE.py")
         ->group("Files");
     add_patches(command);
+    add_elements(command);
     add_form_factors(command, true);
     add_storage(command);
     add_solver(command);
@@ -601,6 +629,8 @@ SceneSettings override_settings(const SceneSettings& scene, const SceneSettings&
     if (flag) setting = flag;
   };
   override_with(settings.patches, flags.patches);
+  override_with(settings.elements, flags.elements);
+  override_with(settings.element_samples, flags.element_samples);
   override_with(settings.method, flags.method);
   override_with(settings.samples, flags.samples);
   override_with(settings.resolution, flags.resolution);

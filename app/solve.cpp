@@ -78,12 +78,12 @@ int run_solve(const Options& options) {
       steps.keep(solution.report.iterations, solution.radiosity);
       steps.write(options.series_file, mesh, exposure);
     }
-    const std::optional<BandArray> error = solved.error_of_setup(static_cast<Index>(k));
+    const SolvedScene::Told told = solved.told_of_setup(static_cast<Index>(k));
     outputs.will_write(file);
-    write_solution(file, mesh, solution,
+    write_solution(file, told.mesh, told.solution,
                    {RADIOSITY_VERSION, options.command_line, solved.form_factors.method, solved.solver,
                     solved.converged()},
-                   exposure, error ? &*error : nullptr);
+                   exposure, told.error ? &*told.error : nullptr, told.patch);
     if (k == 0 && !options.paraview_file.empty()) {
       outputs.will_write(options.paraview_file);
       write_paraview_script(options.paraview_file, file, settings.camera.value_or(automatic_camera(mesh)));

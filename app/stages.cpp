@@ -68,16 +68,17 @@ void print_energy(const Console& console, std::string_view label, const EnergyBa
 void tell_error(const Console& console, const ErrorEstimate& error) {
   const auto percent = [](double share) { return fmt::format("{:.2g} %", 100 * share); };
   const auto part = [&](const std::optional<double>& share) { return share ? percent(*share) : "unknown"; };
-  console.line("error", "{} of the reflected light (rms): form factors {}, patches {}{}, solver {}",
+  console.line("error", "{} of the reflected light (rms): form factors {}, patches {}{}, solver {}{}",
                error.total ? "about " + percent(*error.total) : "total unknown;", part(error.form_factors),
                part(error.patches), error.order ? fmt::format(" (falls as size^{:.2g})", *error.order) : "",
-               percent(error.solver));
+               percent(error.solver), error.gather ? ", elements " + percent(*error.gather) : "");
   for (const std::string& note : error.notes) console.line("", "{}", note);
 }
 
 const char* bar_label(SolveStage stage) {
   return stage == SolveStage::form_factors ? "form factors"
          : stage == SolveStage::solve      ? "solve"
+         : stage == SolveStage::elements   ? "elements"
                                            : "error estimate";
 }
 
@@ -223,6 +224,9 @@ void Telling::stage(SolveStage ended, const SolvedScene& scene) {
       else
         job_.console.line("error", "interrupted before it was known");
       break;
+    case SolveStage::elements:
+      elements(scene);
+      break;
   }
 }
 
@@ -295,6 +299,18 @@ void Telling::solution(const SolvedScene& scene) {
     print_energy(job_.console, setups_[k].name, scene.energy_of_setup(static_cast<Index>(k + 1)));
 }
 
+void Telling::elements(const SolvedScene& scene) {
+  if (!scene.elements) {
+    job_.console.line("elements", "interrupted; light is told of the patches");
+    return;
+  }
+  const Elements& elements = *scene.elements;
+  job_.console.line(
+      "elements",
+      "{}, no edge longer than {:.4g} m; {} rays each, noise {:.2g} % of the reflected light (rms)",
+      elements.mesh.patch_count(), elements.size, elements.samples, 100 * elements.noise());
+}
+
 void Telling::finish(const SolvedScene& solved) {
   hide_bar();
   Report& report = job_.report;
@@ -320,6 +336,10 @@ void Telling::finish(const SolvedScene& solved) {
   report.seconds.form_factors = solved.seconds.form_factors;
   report.seconds.solve = solved.seconds.solve;
   report.seconds.error = solved.seconds.error;
+  report.seconds.elements = solved.seconds.elements;
+  if (solved.elements)
+    report.elements = Report::ElementFacts{solved.elements->mesh.patch_count(), solved.elements->samples,
+                                           solved.elements->size, solved.elements->noise()};
   if (solved.solver.empty()) return;
   report.converged = solved.converged();
   report.solver = {solved.solver, solved.solver_options.tolerance, solved.solution_of_setup(0).report};
@@ -373,6 +393,7 @@ void Outputs::finish() {
                                       {"form factors", s.form_factors},
                                       {"solve", s.solve},
                                       {"error estimate", s.error},
+                                      {"elements", s.elements},
                                       {"write", s.write}})
     if (seconds > 0) parts.push_back(fmt::format("{} {}", name, seconds_text(seconds)));
   job_.console.line("time", "{} ({}); at most {} of memory", seconds_text(s.total), fmt::join(parts, ", "),

@@ -55,6 +55,7 @@ class Telling {
   void stage(SolveStage ended, const SolvedScene& scene);
   void form_factors(const SolvedScene& scene);
   void solution(const SolvedScene& scene);
+  void elements(const SolvedScene& scene);
   void warn_anew(const SolvedScene& scene);
   void hide_bar();
 

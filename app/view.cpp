@@ -43,8 +43,9 @@ Lit solve_scene(Job& job) {
   const LoadedScene loaded = read_stage(job, job.options.scene);
   SolvedScene solved = solve_stage(job, {loaded.scene, {}, {}, {}, {}}, loaded.settings);
   const double exposure = automatic_exposure(solved.patches.mesh, solved.solution.radiosity);
-  return {std::move(solved.patches.mesh), std::move(solved.solution.vertex_radiosity), exposure,
-          loaded.settings.camera, job.report.converged};
+  SolvedScene::Told told = solved.told_of_setup(0);
+  return {std::move(told.mesh), std::move(told.solution.vertex_radiosity), exposure, loaded.settings.camera,
+          job.report.converged};
 }
 
 std::optional<Camera> camera_of(const std::filesystem::path& scene_file) {

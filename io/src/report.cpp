@@ -135,6 +135,7 @@ Json to_json(const ErrorEstimate& error) {
   return {{"form_factors", to_json(error.form_factors)},
           {"patches", to_json(error.patches)},
           {"solver", error.solver},
+          {"gather", to_json(error.gather)},
           {"total", to_json(error.total)},
           {"known", error.known},
           {"largest", to_json(error.largest)},
@@ -154,6 +155,13 @@ Json to_json(const AccuracyReport& accuracy) {
   return {{"goal", accuracy.goal}, {"reached", accuracy.reached}, {"rounds", rounds}};
 }
 
+Json to_json(const Report::ElementFacts& elements) {
+  return {{"count", elements.count},
+          {"size_m", elements.size_m},
+          {"samples", elements.samples},
+          {"noise", elements.noise}};
+}
+
 Json to_json(const Report::Probe& probe) {
   return {{"sensors", probe.sensors},
           {"samples", probe.samples},
@@ -163,8 +171,8 @@ Json to_json(const Report::Probe& probe) {
 
 Json to_json(const Report::Seconds& seconds) {
   return {{"read", seconds.read},   {"mesh", seconds.mesh},   {"form_factors", seconds.form_factors},
-          {"solve", seconds.solve}, {"error", seconds.error}, {"write", seconds.write},
-          {"total", seconds.total}};
+          {"solve", seconds.solve}, {"error", seconds.error}, {"elements", seconds.elements},
+          {"write", seconds.write}, {"total", seconds.total}};
 }
 
 }  // namespace
@@ -182,6 +190,7 @@ void write_report(const std::filesystem::path& file, const Report& report) {
   for (const auto& [setup, energy] : report.setups) json["setups"][setup]["energy"] = to_json(energy);
   add("error", report.error);
   add("accuracy", report.accuracy);
+  add("elements", report.elements);
   add("probe", report.probe);
   json["seconds"] = to_json(report.seconds);
   json["peak_memory_bytes"] = report.peak_memory_bytes;

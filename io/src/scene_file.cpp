@@ -228,6 +228,17 @@ PatchOptions read_patch_size(const Section& section) {
   return PatchSize{*section.number("size", kPositive, positive)};
 }
 
+ElementOptions read_element_size(const Section& section) {
+  constexpr std::string_view kExpected = "a number of metres or \"none\"";
+  const toml::node& node = *section.find("size");
+  if (const auto* const word = node.as_string()) {
+    if (word->get() == "none") return NoElements{};
+    section.fail(line_of(node), fmt::format("[elements] size = \"{}\" must be {}", word->get(), kExpected));
+  }
+  if (!node.is_number()) section.fail_type("size", node, kExpected);
+  return ElementSize{*section.number("size", kPositive, positive)};
+}
+
 Camera read_camera(const Section& section) {
   section.allow_only({"position", "target", "up", "vertical_fov_deg"});
   Camera camera;
@@ -288,8 +299,8 @@ SceneFile read_scene_file(const std::filesystem::path& file) {
         fmt::format("{}:{}: is not TOML: {}", file.string(), error.source().begin.line, error.description()));
   }
   const Section top(file, table, "");
-  top.allow_only({"mesh", "units", "flip", "sides", "undefined", "materials", "patches", "form_factors",
-                  "solver", "camera", "setup"});
+  top.allow_only({"mesh", "units", "flip", "sides", "undefined", "materials", "patches", "elements",
+                  "form_factors", "solver", "camera", "setup"});
 
   SceneFile scene;
   const auto mesh = top.text("mesh");
@@ -321,6 +332,11 @@ SceneFile read_scene_file(const std::filesystem::path& file) {
   if (const auto patches = top.section("patches", "patches")) {
     patches->allow_only({"size"});
     if (patches->find("size")) settings.patches = read_patch_size(*patches);
+  }
+  if (const auto elements = top.section("elements", "elements")) {
+    elements->allow_only({"size", "samples"});
+    if (elements->find("size")) settings.elements = read_element_size(*elements);
+    settings.element_samples = index(elements->integer("samples", 1, 1 << 20));
   }
   if (const auto factors = top.section("form_factors", "form_factors")) {
     factors->allow_only({"method", "samples", "resolution", "seed"});

@@ -213,7 +213,8 @@ class SolutionReader {
 }  // namespace
 
 void write_solution(const fs::path& file, const PatchMesh& mesh, const Solution& solution,
-                    const Provenance& provenance, double exposure, const BandArray* radiosity_error) {
+                    const Provenance& provenance, double exposure, const BandArray* radiosity_error,
+                    std::span<const Index> patch) {
   require_shape(solution.radiosity, mesh.patch_count(), mesh.bands(), "radiosity");
   require_shape(solution.irradiance, mesh.patch_count(), mesh.bands(), "irradiance");
   require_shape(solution.vertex_radiosity, mesh.vertex_count(), mesh.bands(), "vertex radiosity");
@@ -227,6 +228,13 @@ void write_solution(const fs::path& file, const PatchMesh& mesh, const Solution&
   if (radiosity_error != nullptr) {
     require_shape(*radiosity_error, mesh.patch_count(), mesh.bands(), "radiosity error");
     add_doubles(cells, "radiosity_error", *radiosity_error, kRadiosityUnits);
+  }
+  if (!patch.empty()) {
+    if (patch.size() != static_cast<std::size_t>(mesh.patch_count()))
+      throw InputError(
+          fmt::format("{} numbers of patches for {} elements", patch.size(), mesh.patch_count()));
+    add_integers(cells, "patch", mesh.patch_count(),
+                 [&](Index e) { return patch[static_cast<std::size_t>(e)]; });
   }
   add_doubles(data->GetPointData(), "radiosity", solution.vertex_radiosity, kRadiosityUnits);
   add_display_rgb(*data, solution.vertex_radiosity, exposure);

@@ -16,7 +16,7 @@ namespace {
 
 class Cutter {
  public:
-  Cutter(const PatchMesh& mesh, Index k) : mesh_(mesh), k_(k) {
+  Cutter(const PatchMesh& mesh, std::span<const Index> k) : mesh_(mesh), all_k_(k) {
     arrays_.vertices = mesh.vertices();
     arrays_.materials = mesh.materials();
   }
@@ -24,6 +24,7 @@ class Cutter {
   Refinement run() {
     for (patch_ = 0; patch_ < mesh_.patch_count(); ++patch_) {
       const auto c = mesh_.corners(patch_);
+      k_ = all_k_[at(patch_)];
       if (c.size() == 4 && is_convex(c))
         add_quad({c[0], c[1], c[2], c[3]});
       else
@@ -47,15 +48,18 @@ class Cutter {
 
   // The point at step/k of the way from a to b: one for both sides of the edge.
   Index on_edge(Index a, Index b, Index step) {
-    if (step == 0) return a;
     if (step == k_) return b;
-    const auto [first, is_new] =
-        edges_.try_emplace(edge_key(a, b), static_cast<Index>(arrays_.vertices.size()));
+    const auto [found, is_new] =
+        edges_.try_emplace(edge_key(a, b), Edge{static_cast<Index>(arrays_.vertices.size()), k_});
+    if (found->second.pieces != k_)
+      throw InputError(fmt::format("finer patches: patch {} has an edge in {} pieces that another has in {}",
+                                   patch_, k_, found->second.pieces));
     if (is_new) {
       const Vec3 from = mesh_.vertex(std::min(a, b)), to = mesh_.vertex(std::max(a, b));
       for (Index s = 1; s < k_; ++s) add_point(from + static_cast<double>(s) / k_ * (to - from));
     }
-    return first->second + (a < b ? step : k_ - step) - 1;
+    if (step == 0) return a;
+    return found->second.first + (a < b ? step : k_ - step) - 1;
   }
 
   void add_patch(std::initializer_list<Index> corners) {
@@ -108,22 +112,41 @@ class Cutter {
       }
   }
 
+  struct Edge {
+    Index first;  // inner point
+    Index pieces;
+  };
+
   const PatchMesh& mesh_;
-  Index k_;
+  std::span<const Index> all_k_;
+  Index k_ = 1;  // of this patch
   Index patch_ = 0;
   PatchMesh::Arrays arrays_;
   Coarsening coarsening_;
-  std::unordered_map<std::uint64_t, Index> edges_;  // their first inner points
+  std::unordered_map<std::uint64_t, Edge> edges_;
 };
 
 }  // namespace
 
 Refinement refine(const PatchMesh& mesh, Index k) {
-  if (k < 1) throw InputError(fmt::format("finer patches: {} pieces of an edge; at least 1 is needed", k));
-  const double corners = 6.0 * k * k * static_cast<double>(mesh.triangles().size());
+  return refine(mesh, std::vector<Index>(at(mesh.patch_count()), k));
+}
+
+Refinement refine(const PatchMesh& mesh, std::span<const Index> k) {
+  if (k.size() != at(mesh.patch_count()))
+    throw InputError(
+        fmt::format("finer patches: {} numbers of pieces for {} patches", k.size(), mesh.patch_count()));
+  double corners = 0;
+  for (Index i = 0; i < mesh.patch_count(); ++i) {
+    const double pieces = k[at(i)];
+    if (pieces < 1)
+      throw InputError(
+          fmt::format("finer patches: {} pieces of an edge of patch {}; at least 1 is needed", pieces, i));
+    corners += 4 * pieces * pieces * static_cast<double>(mesh.triangles(i).size());
+  }
   if (corners > std::numeric_limits<Index>::max())
-    throw InputError(fmt::format("finer patches: {} of each edge of {} patches are more than an index counts",
-                                 k, mesh.patch_count()));
+    throw InputError(fmt::format(
+        "finer patches: they would have about {:.2g} corners, more than can be numbered", corners));
   return Cutter(mesh, k).run();
 }
 

@@ -170,6 +170,22 @@ std::optional<BandArray> SolvedScene::error_of_setup(Index k) const {
   return error->per_patch.middleCols(k * bands, bands);
 }
 
+SolvedScene::Told SolvedScene::told_of_setup(Index k) const {
+  if (!elements) return {mesh_of_setup(k), solution_of_setup(k), error_of_setup(k), {}};
+  const auto of_setup = [&](const BandArray& all) -> BandArray { return all.middleCols(k * bands, bands); };
+  Solution told = solution_of_setup(k);
+  told.radiosity = of_setup(elements->radiosity);
+  told.irradiance = of_setup(elements->irradiance);
+  told.vertex_radiosity = of_setup(elements->vertex_radiosity);
+  std::optional<BandArray> both = error_of_setup(k);
+  if (both) {
+    const BandArray of_patches = (*both)(elements->patch, Eigen::all);
+    both = (of_patches.square() + of_setup(elements->standard_error).square()).sqrt();
+  }
+  return {elements->mesh.with_materials(select_bands(elements->mesh.materials(), k * bands, bands)), std::move(told),
+          std::move(both), elements->patch};
+}
+
 SolvedScene solve_once(const SceneToSolve& task, const SceneSettings& settings, std::string_view where_few) {
   const SolverInfo& info = chosen_solver(settings);
   SolverOptions options = solver_options(settings, info);
@@ -245,19 +261,56 @@ SolvedScene solve_once(const SceneToSolve& task, const SceneSettings& settings, 
   return std::move(out);
 }
 
-SolvedScene solve_scene(const Scene& scene, const SceneSettings& settings, const SolveOptions& options,
-                        std::span<const LightingSetup> setups) {
-  Watch watch(options);
-  const Scene decided = with_decided_sides(scene);
-  const SceneToSolve task{decided, options, setups, watch};
-  if (!options.accuracy) return solve_once(task, settings, "analytic");
-  if (!(*options.accuracy > 0)) throw InputError(fmt::format("accuracy: {} is not positive", *options.accuracy));
+namespace {
+
+SolvedScene solve_with_accuracy(const SceneToSolve& task, const SceneSettings& settings) {
+  const double accuracy = *task.options.accuracy;
+  if (!(accuracy > 0)) throw InputError(fmt::format("accuracy: {} is not positive", accuracy));
   const SolverInfo& solver = chosen_solver(settings);
   if (!solver.needs_stored_rows)
     throw InputError(fmt::format(
         "an accuracy needs an error estimate, and so form factors that are stored; {} does not store them",
         solver.name));
   return solve_to_accuracy(task, settings);
+}
+
+void add_elements(SolvedScene& solved, const SceneSettings& settings, double size, const SceneToSolve& task) {
+  const Stopwatch watch;
+  ElementGather gather;
+  gather.size = size;
+  gather.samples = settings.element_samples.value_or(gather.samples);
+  gather.seed = settings.seed.value_or(gather.seed);
+  gather.progress = task.watch.of(SolveStage::elements);
+  solved.elements = gather_elements(Visibility(solved.patches.mesh), solved.solution, gather);
+  if (solved.elements && solved.error) {
+    ErrorEstimate& error = *solved.error;
+    error.gather = solved.elements->noise();
+    error.known = std::hypot(error.known, *error.gather);
+    if (error.total) error.total = error.known;
+    if (AccuracyReport* const accuracy = solved.accuracy ? &*solved.accuracy : nullptr;
+        accuracy != nullptr && accuracy->reached && error.known > accuracy->goal) {
+      accuracy->reached = false;
+      accuracy->why_not = "the noise of the elements takes more samples";
+    }
+  }
+  solved.seconds.elements = watch.elapsed();
+  if (task.options.ended) task.options.ended(SolveStage::elements, solved);
+}
+
+}  // namespace
+
+SolvedScene solve_scene(const Scene& scene, const SceneSettings& settings, const SolveOptions& options,
+                        std::span<const LightingSetup> setups) {
+  Watch watch(options);
+  const Scene decided = with_decided_sides(scene);
+  const SceneToSolve task{decided, options, setups, watch};
+  const auto* const size = settings.elements ? std::get_if<ElementSize>(&*settings.elements) : nullptr;
+  if (size != nullptr && !(size->metres > 0))
+    throw InputError(fmt::format("elements: size {} m is not positive", size->metres));
+  SolvedScene solved = options.accuracy ? solve_with_accuracy(task, settings) : solve_once(task, settings, "analytic");
+  if (size != nullptr && solved.form_factors.assembly.completed && !watch.stopped())
+    add_elements(solved, settings, size->metres, task);
+  return solved;
 }
 
 SceneFormFactors scene_form_factors(const Scene& scene, const SceneSettings& settings,

@@ -80,6 +80,21 @@ TEST_F(Accuracy, SaysSoWhereItIsOutOfReach) {
   EXPECT_GT(solved("out.vtp").mesh.patch_count(), 6);
 }
 
+TEST_F(Accuracy, IsThatOfTheElementsToo) {
+  write_cube();
+  const Outcome noisy = run({"solve", "cube.toml", "-o", "out.vtp", "--accuracy", "1", "--element-size",
+                             "0.2", "--element-samples", "1", "--report", "out.json"});
+  EXPECT_EQ(noisy.status, 3);
+  EXPECT_THAT(noisy.out, ::testing::HasSubstr("the noise of the elements takes more samples"));
+  EXPECT_FALSE(report()["accuracy"]["reached"]);
+  EXPECT_GT(report()["error"]["total"], 0.01);
+  EXPECT_EQ(run({"solve", "cube.toml", "-o", "out.vtp", "--accuracy", "1", "--element-size", "0.2",
+                 "--element-samples", "4608", "--report", "out.json"})
+                .status,
+            0);
+  EXPECT_LE(report()["error"]["total"], 0.01);
+}
+
 // 726 faces are more than the first round aims at, so that no size divides them; joined, they tell their error.
 TEST_F(Accuracy, IsDeliveredWhereTheFacesAreManyAndKeptAtFirst) {
   write_cube();

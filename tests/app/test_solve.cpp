@@ -475,6 +475,65 @@ TEST_F(Solve, SolvesTheCornellBox) {
   EXPECT_GE(solved().patch_radiosity.minCoeff(), 0);
 }
 
+// In a closed cube of ρ = ½ whose ceiling shines the light of elements is that of patches, on more places.
+TEST_F(Solve, TellsLightOfElements) {
+  write_cube();
+  const auto words = [](std::vector<std::string> more) {
+    std::vector<std::string> all{"solve",        "cube.toml", "-o",       "out.vtp",
+                                 "--patch-size", "0.25",      "--method", "analytic",
+                                 "--tolerance",  "1e-9",      "--report", "out.json"};
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  };
+  ASSERT_EQ(run(words({})).status, 0);
+  const SolvedMesh patches = solved();
+  EXPECT_FALSE(report().contains("elements"));
+  EXPECT_TRUE(report().at("error").at("gather").is_null());
+  const Outcome result = run(words({"--element-size", "0.125", "--element-samples", "512"}));
+  EXPECT_EQ(result.status, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("elements       336, no edge longer than 0.125 m; 512 rays each"));
+  const SolvedMesh elements = solved();
+  EXPECT_EQ(elements.mesh.patch_count(), 16 + 5 * 64);  // the lamp stays as it is
+  const json r = report();
+  EXPECT_EQ(r.at("scene").at("patches"), 96);
+  EXPECT_EQ(r.at("elements").at("count"), 336);
+  EXPECT_EQ(r.at("elements").at("samples"), 512);
+  EXPECT_EQ(r.at("elements").at("size_m"), 0.125);
+  EXPECT_EQ(r.at("elements").at("noise"), r.at("error").at("gather"));
+  EXPECT_GT(r.at("seconds").at("elements"), 0);
+  for (const std::string material : {"floor", "wall"})
+    EXPECT_NEAR(mean_radiosity(elements, material), mean_radiosity(patches, material),
+                0.01 * mean_radiosity(patches, material));
+  // A scene file may ask for them, and a flag may take that back.
+  write("small.toml", read("cube.toml") + "[elements]\nsize = 0.125\nsamples = 32\n");
+  ASSERT_EQ(run({"solve", "small.toml", "-o", "out.vtp", "--patch-size", "0.25", "--quiet"}).status, 0);
+  EXPECT_EQ(solved().mesh.patch_count(), 336);
+  ASSERT_EQ(run({"solve", "small.toml", "-o", "out.vtp", "--patch-size", "0.25", "--element-size", "none",
+                 "--quiet"})
+                .status,
+            0);
+  EXPECT_EQ(solved().mesh.patch_count(), 96);
+}
+
+TEST_F(Solve, RefusesElementsOfNoSize) {
+  write_cube();
+  for (const std::string size : {"0", "-1", "small", "nan"})
+    expect_one_error(run({"solve", "cube.toml", "-o", "out.vtp", "--element-size", size}), 2,
+                     "--element-size");
+  expect_one_error(
+      run({"solve", "cube.toml", "-o", "out.vtp", "--element-size", "0.1", "--element-samples", "0"}), 2,
+      "--element-samples");
+  for (const auto& [text, rule] : {std::pair{"size = 0", "positive"},
+                                   {"size = \"auto\"", "\"none\""},
+                                   {"samples = 0", "samples"},
+                                   {"sise = 1", "size"}}) {
+    write("bad.toml", read("cube.toml") + "[elements]\n" + text + "\n");
+    expect_one_error(run({"solve", "bad.toml", "-o", "out.vtp"}), 1, rule);
+  }
+  expect_one_error(run({"solve", "cube.toml", "-o", "out.vtp", "--element-size", "1e-9", "--quiet"}), 1,
+                   "elements");
+}
+
 TEST_F(Solve, SolvesTheAtriumOfSponza) {
   const std::filesystem::path atrium = RADIOSITY_SOURCE_DIR "/../shared/scenes/sponza/sponza.obj";
   if (!std::filesystem::exists(atrium)) GTEST_SKIP() << atrium << " is absent";

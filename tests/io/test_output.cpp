@@ -235,7 +235,7 @@ TEST(Report, HasTheStableNamesInOrder) {
                           "error_bound", "condition", "warning"));
   EXPECT_THAT(names(json["energy"]), ElementsAre("emitted_w", "absorbed_w", "escaped_w", "imbalance"));
   EXPECT_THAT(names(json["seconds"]),
-              ElementsAre("read", "mesh", "form_factors", "solve", "error", "write", "total"));
+              ElementsAre("read", "mesh", "form_factors", "solve", "error", "elements", "write", "total"));
 }
 
 TEST(Report, HoldsTheValues) {

@@ -143,6 +143,22 @@ TEST(WriteSolution, WritesEveryArrayThatWasPromised) {
   EXPECT_EQ(array<vtkDoubleArray>(fields, "exposure")->GetValue(0), 0.25);
 }
 
+TEST(WriteSolution, NumbersThePatchesOfElements) {
+  const TemporaryDirectory directory;
+  const PatchMesh mesh = three_patches();
+  const Solution solution = made_up_solution(mesh);
+  write_solution(directory / "patches.vtp", mesh, solution, kProvenance, 1);
+  EXPECT_EQ(read_vtp(directory / "patches.vtp")->GetCellData()->GetArray("patch"), nullptr);
+  const std::vector<Index> patch{4, 4, 7};
+  write_solution(directory / "out.vtp", mesh, solution, kProvenance, 1, nullptr, patch);
+  const auto data = read_vtp(directory / "out.vtp");
+  auto* const numbers = array<vtkIntArray>(data->GetCellData(), "patch");
+  for (int e = 0; e < 3; ++e) EXPECT_EQ(numbers->GetValue(e), patch[static_cast<std::size_t>(e)]);
+  EXPECT_THROW(
+      write_solution(directory / "out.vtp", mesh, solution, kProvenance, 1, nullptr, std::vector<Index>{1}),
+      InputError);
+}
+
 TEST(WriteSolution, NamesThreeBandsByTheirColoursAndTellsUnits) {
   const TemporaryDirectory directory;
   const BandValues none = Eigen::Array3d::Zero();

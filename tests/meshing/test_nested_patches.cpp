@@ -141,6 +141,18 @@ TEST(Refine, CutsPolygonsThatAreNotConvexIntoTriangles) {
   EXPECT_EQ(*std::max_element(fine.coarsening.parent.begin(), fine.coarsening.parent.end()), 0);
 }
 
+TEST(Refine, CutsEachSurfaceAsFinelyAsItIsAsked) {
+  const PatchMesh mesh = cube_room(1);  // six surfaces
+  const std::vector<Index> k{1, 2, 3, 4, 5, 6};
+  const Refinement fine = refine(mesh, k);
+  EXPECT_EQ(fine.mesh.patch_count(), 1 + 4 + 9 + 16 + 25 + 36);
+  EXPECT_EQ(members(fine.coarsening), (std::vector<Index>{1, 4, 9, 16, 25, 36}));
+  EXPECT_THROW(refine(cube_room(2), std::vector<Index>{1, 2, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1,
+                                                       1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1}),
+               InputError);  // patches 0 and 1 share an edge
+  EXPECT_THROW(refine(mesh, std::vector<Index>{1, 1}), InputError);
+}
+
 TEST(Refine, RefusesLessThanOnePieceAndMoreThanCanBeCounted) {
   EXPECT_THROW(refine(cube_room(1), 0), InputError);
   EXPECT_THROW(refine(cube_room(1), 1 << 14), InputError);

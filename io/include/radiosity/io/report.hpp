@@ -50,6 +50,12 @@ struct Report {
   std::optional<ErrorEstimate> error;
   std::optional<AccuracyReport> accuracy;
 
+  struct ElementFacts {
+    Index count = 0, samples = 0;
+    double size_m = 0, noise = 0;  ///< Elements::noise
+  };
+  std::optional<ElementFacts> elements;
+
   /// Irradiance at sensors, per band: mean over them, and root mean square of their standard errors, W/m².
   struct Probe {
     Index sensors = 0, samples = 0;
@@ -58,7 +64,7 @@ struct Report {
   std::optional<Probe> probe;
 
   struct Seconds {
-    double read = 0, mesh = 0, form_factors = 0, solve = 0, error = 0, write = 0, total = 0;
+    double read = 0, mesh = 0, form_factors = 0, solve = 0, error = 0, elements = 0, write = 0, total = 0;
   } seconds;
   std::uint64_t peak_memory_bytes = 0;
 };

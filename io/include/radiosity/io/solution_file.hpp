@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,13 +21,13 @@ struct Provenance {
 
 /// Writes a .vtp that ParaView opens without a plug-in. Cell arrays radiosity, irradiance, emission,
 /// reflectance (components = bands), area, surface, material (index; names as field data material_names), and, where
-/// an estimate is given (n × bands, W/m²), radiosity_error;
+/// an estimate is given (n × bands, W/m²), radiosity_error, and, where cells are elements, patch: the number of the unknown that each is a piece of;
 /// point arrays radiosity, display_rgb; field data version, command, method, solver, converged, residual,
 /// exposure, units. The file appears under its name only when complete. Throws IoError when it cannot be
 /// written.
 void write_solution(const std::filesystem::path& file, const PatchMesh& mesh, const Solution& solution,
-                    const Provenance& provenance, double exposure,
-                    const BandArray* radiosity_error = nullptr);
+                    const Provenance& provenance, double exposure, const BandArray* radiosity_error = nullptr,
+                    std::span<const Index> patch = {});
 
 /// A solved .vtp, read back.
 struct SolvedMesh {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <span>
+
 #include "radiosity/meshing/coarsen.hpp"
 
 namespace radiosity {
@@ -15,5 +17,9 @@ struct Refinement {
 /// share the points on their common edges, so no cracks open, and smooth surfaces stay smooth. Throws InputError on k < 1 or more
 /// corners than an Index counts.
 Refinement refine(const PatchMesh& mesh, Index k);
+
+/// The same with a k of its own for each patch. Throws InputError, too, where patches that share an edge have different ones, or the
+/// number of them is not that of the patches.
+Refinement refine(const PatchMesh& mesh, std::span<const Index> k);
 
 }  // namespace radiosity

@@ -4,15 +4,24 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <variant>
 
 #include "radiosity/meshing/camera.hpp"
 #include "radiosity/meshing/make_patches.hpp"
 
 namespace radiosity {
 
+struct NoElements {};  ///< light is told of the patches
+struct ElementSize {   ///< light is gathered for pieces of the patches with no edge longer than this
+  double metres;
+};
+using ElementOptions = std::variant<NoElements, ElementSize>;
+
 /// What a scene file may set beside the scene itself. Absent: the default of the part concerned.
 struct SceneSettings {
   std::optional<PatchOptions> patches = {};
+  std::optional<ElementOptions> elements = {};
+  std::optional<Index> element_samples = {};
   std::optional<std::string> method = {};
   std::optional<Index> samples = {}, resolution = {};
   std::optional<std::uint64_t> seed = {};

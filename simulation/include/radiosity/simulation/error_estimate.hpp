@@ -19,6 +19,7 @@ struct ErrorEstimate {
       form_factors;               ///< noise and visibility of F, and what could not be restored of its rows
   std::optional<double> patches;  ///< B is constant on each patch; absent where no larger patches tell
   double solver = 0;              ///< what the residual leaves
+  std::optional<double> gather;   ///< noise of the elements; absent where light is told of the patches
   double known = 0;  ///< √(sum of squares) of what is known of the parts: a lower bound where not all is
   std::optional<double> total;  ///< the same where all of it is known, absent where it is not
   /// Largest error of a patch over what it reflects, of those that reflect 1 % of the mean or more; absent where the total is.

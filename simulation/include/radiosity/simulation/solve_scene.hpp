@@ -17,6 +17,7 @@
 #include "radiosity/meshing/scene_settings.hpp"
 #include "radiosity/simulation/accuracy.hpp"
 #include "radiosity/simulation/choose_method.hpp"
+#include "radiosity/simulation/elements.hpp"
 #include "radiosity/simulation/error_estimate.hpp"
 #include "radiosity/solver/solution.hpp"
 
@@ -24,7 +25,7 @@ namespace radiosity {
 
 struct SolvedScene;
 
-enum class SolveStage { patches, method, form_factors, solve, error };
+enum class SolveStage { patches, method, form_factors, solve, error, elements };
 
 /// What a caller may want beside what a scene file says. Every function is called on the calling thread.
 struct SolveOptions {
@@ -100,9 +101,10 @@ struct SolvedScene {
   Solution solution = {};
   std::optional<ErrorEstimate> error = {};  ///< absent where it was not asked for, or nothing converged, or it was stopped
   std::optional<AccuracyReport> accuracy = {};
+  std::optional<Elements> elements = {};  ///< absent where none were asked for, or the work was stopped before all were lit
 
   struct Seconds {
-    double mesh = 0, form_factors = 0, solve = 0, error = 0;
+    double mesh = 0, form_factors = 0, solve = 0, error = 0, elements = 0;
   } seconds = {};
 
   bool converged() const { return solution.report.status == SolveStatus::converged; }
@@ -112,11 +114,23 @@ struct SolvedScene {
   EnergyBalance energy_of_setup(Index k) const;
   /// n × bands, W/m²; nothing where a part of the error is not known.
   std::optional<BandArray> error_of_setup(Index k) const;
+
+  /// Where light is told: on the elements, or else on the patches.
+  struct Told {
+    PatchMesh mesh;
+    Solution solution;
+    std::optional<BandArray> error;  ///< that of the patch and the noise of the element together
+    std::vector<Index> patch;        ///< of each element; empty where the patches are told
+  };
+  Told told_of_setup(Index k) const;
 };
 
 /// Divides a scene into patches, computes their form factors, solves (I − ρF)B = E for all bands and set-ups, and estimates the error.
 /// Bands that are equal in every material are solved once. Without a method, one is chosen (see choose_method). Throws InputError on
 /// settings that have no effect, a scene without a lamp, and what the parts refuse; MemoryLimitError where F does not fit.
+///
+/// With a size of elements, light is gathered once more in the end, for pieces of the patches (see gather_elements), and the error
+/// takes their noise in.
 ///
 /// With an accuracy, first rounds are cheap and show what this scene costs and errs by; plan_accuracy says what comes next, until the
 /// estimate is low enough or cannot be brought down further. The result is that of the best round.

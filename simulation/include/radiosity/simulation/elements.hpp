@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "radiosity/formfactors/visibility.hpp"
+#include "radiosity/meshing/progress.hpp"
+#include "radiosity/solver/solution.hpp"
+
+namespace radiosity {
+
+struct ElementGather {
+  double size = 0;         ///< m: no edge of an element is longer, but for those of lamps
+  Index samples = 128;     ///< rays per element, rounded up to 32 k²
+  std::uint64_t seed = 1;  ///< of the random numbers, one stream per element
+  Progress progress = {};
+};
+
+/// Light on pieces of the patches: few patches carry the light that is exchanged, many elements show where it falls.
+struct Elements {
+  PatchMesh mesh;
+  std::vector<Index> patch;  ///< per element: the patch that it is a piece of
+  BandArray radiosity;       ///< B = E + ρ H, elements × bands, W/m²
+  BandArray irradiance;      ///< H at the centroid
+  BandArray vertex_radiosity;
+  BandArray standard_error;  ///< of B through sampling; what the radiosities of the patches are wrong by is not in it
+  double size = 0;           ///< m
+  Index samples = 0;         ///< rays per element that were cast
+
+  /// √(Σ A_e σ_e² / Σ A_e (B_e − E_e)²) in the band where that is largest.
+  double noise() const;
+};
+
+/// Final gather [Reichert1992]: the irradiance at each element's centroid by one more reflection, lamps and near patches by exact factors
+/// with exact shadows, the rest by rays that meet linearly reconstructed radiosities (see probe). An element of a covered patch
+/// receives nothing. Patches are cut alike within a smooth surface, so neighbours fit together; lamps are left whole: they look the
+/// same everywhere, and their pieces would be many lamps. Nothing where `progress` asked to stop. Throws InputError on a size that is not
+/// positive, or gives more corners than can be numbered, and what probe refuses.
+std::optional<Elements> gather_elements(const Visibility& visibility, const Solution& solution, const ElementGather& gather);
+
+}  // namespace radiosity

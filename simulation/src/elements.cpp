@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "radiosity/simulation/elements.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "radiosity/meshing/disjoint_sets.hpp"
+#include "radiosity/meshing/error.hpp"
+#include "radiosity/meshing/refine.hpp"
+#include "radiosity/meshing/tolerances.hpp"
+#include "radiosity/simulation/probe.hpp"
+
+namespace radiosity {
+namespace {
+
+// Of each edge of a patch: those of one smooth surface are cut alike.
+std::vector<Index> pieces(const PatchMesh& mesh, double size) {
+  const auto n = static_cast<std::size_t>(mesh.patch_count());
+  DisjointSets surfaces(n);
+  for (Index v = 0; v < mesh.vertex_count(); ++v)
+    for (const Index i : mesh.vertex_patches(v)) surfaces.unite(mesh.vertex_patches(v)[0], i);
+  std::vector<double> longest(n, 0);
+  for (Index i = 0; i < mesh.patch_count(); ++i) {
+    if ((mesh.material_of(i).emission > 0).any()) continue;
+    double& most = longest[static_cast<std::size_t>(surfaces.root(i))];
+    const auto c = mesh.corners(i);
+    for (std::size_t k = 0; k < c.size(); ++k)
+      most = std::max(most, (mesh.vertex(c[(k + 1) % c.size()]) - mesh.vertex(c[k])).norm());
+  }
+  std::vector<Index> out;
+  for (Index i = 0; i < mesh.patch_count(); ++i) {
+    const double length = longest[static_cast<std::size_t>(surfaces.root(i))];
+    const double count = std::max(1.0, std::ceil(length * (1 - tolerance::kWholePieces) / size));
+    constexpr double kMost = 1 << 15;
+    if (count > kMost)
+      throw InputError(fmt::format("elements: with a size of {:.4g} m an edge of {:.4g} m of patch {} is cut into {:.2g}; at "
+                                   "most {:.0f} are possible",
+                                   size, length, i, count, kMost));
+    out.push_back(static_cast<Index>(count));
+  }
+  return out;
+}
+
+}  // namespace
+
+double Elements::noise() const {
+  const BandArray reflected = radiosity - mesh.emission();
+  const Eigen::ArrayXd above = (standard_error.square().colwise() * mesh.areas()).colwise().sum();
+  const Eigen::ArrayXd below = (reflected.square().colwise() * mesh.areas()).colwise().sum();
+  return std::sqrt((below > 0).select(above / below, 0.0).maxCoeff());
+}
+
+std::optional<Elements> gather_elements(const Visibility& visibility, const Solution& solution,
+                                        const ElementGather& gather) {
+  if (!(gather.size > 0)) throw InputError(fmt::format("elements: size {} m is not positive", gather.size));
+  Refinement fine = refine(visibility.mesh(), pieces(visibility.mesh(), gather.size));
+  std::vector<Index>& patch = fine.coarsening.parent;
+  std::vector<Index> lit;
+  std::vector<Sensor> sensors;
+  for (Index e = 0; e < fine.mesh.patch_count(); ++e) {
+    if (visibility.covered(patch[static_cast<std::size_t>(e)])) continue;
+    lit.push_back(e);
+    sensors.push_back({fine.mesh.centroid(e), fine.mesh.normal(e)});
+  }
+  const ProbeResult gathered =
+      probe(visibility, solution.radiosity, solution.vertex_radiosity, sensors,
+            {.samples = gather.samples, .seed = gather.seed, .progress = gather.progress});
+  if (!gathered.completed) return std::nullopt;
+
+  const BandArray reflectance = fine.mesh.reflectance();
+  BandArray irradiance = BandArray::Zero(fine.mesh.patch_count(), solution.radiosity.cols());
+  BandArray standard_error = irradiance;
+  irradiance(lit, Eigen::all) = gathered.irradiance;
+  standard_error(lit, Eigen::all) = gathered.standard_error;
+  standard_error *= reflectance;
+  BandArray radiosity = fine.mesh.emission() + reflectance * irradiance;
+  BandArray at_vertices = vertex_values(fine.mesh, radiosity);
+  return Elements{std::move(fine.mesh),  std::move(patch),       std::move(radiosity),
+                  std::move(irradiance), std::move(at_vertices), std::move(standard_error),
+                  gather.size,           gathered.samples};
+}
+
+}  // namespace radiosity

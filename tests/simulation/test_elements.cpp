@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "radiosity/simulation/elements.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "cases/scenes.hpp"
+#include "radiosity/formfactors/threads.hpp"
+#include "radiosity/meshing/error.hpp"
+#include "radiosity/meshing/refine.hpp"
+#include "radiosity/simulation/solve_scene.hpp"
+
+namespace radiosity::test {
+namespace {
+
+SolvedScene solved(const Scene& scene, double patches, std::optional<double> elements, Index samples = 128,
+                   std::string_view method = "analytic", std::uint64_t seed = 1) {
+  SceneSettings settings;
+  settings.patches = PatchSize{patches};
+  settings.method = std::string(method);
+  settings.tolerance = 1e-9;
+  settings.seed = seed;
+  if (elements) settings.elements = ElementSize{*elements};
+  settings.element_samples = samples;
+  return solve_scene(scene, settings);
+}
+
+/// √(Σ A e² / Σ A (B − E)²), first band.
+double relative(const PatchMesh& mesh, const BandArray& b, const BandArray& exact) {
+  const Eigen::ArrayXd error = (b - exact).col(0), reflected = (exact - mesh.emission()).col(0);
+  return std::sqrt((mesh.areas() * error.square()).sum() / (mesh.areas() * reflected.square()).sum());
+}
+
+TEST(Elements, OfAFurnaceAreAllAlike) {
+  // Closed, E = 1, ρ = ½: B = E / (1 − ρ) = 2, H = 2, but where the box stands on the floor: B = 1, H = 0.
+  const SolvedScene furnace = solved(box_on_floor(), 0.34, 0.06);
+  ASSERT_TRUE(furnace.elements);
+  const Elements& e = *furnace.elements;
+  const Visibility visibility(furnace.patches.mesh);
+  Index covered = 0;
+  for (Index i = 0; i < e.mesh.patch_count(); ++i) {
+    const bool dark = visibility.covered(e.patch[static_cast<std::size_t>(i)]);
+    covered += dark ? 1 : 0;
+    EXPECT_NEAR(e.radiosity(i, 0), dark ? 1 : 2, 1e-6);
+    EXPECT_NEAR(e.irradiance(i, 0), dark ? 0 : 2, 1e-6);
+  }
+  EXPECT_GT(covered, 0);
+}
+
+TEST(Elements, AreNestedInTheirPatchesAndNoLongerThanAsked) {
+  const SolvedScene room = solved(random_room(3), 0.8, 0.15, 32, "hemisphere");
+  const Elements& e = *room.elements;
+  const PatchMesh& patches = room.patches.mesh;
+  ASSERT_EQ(static_cast<Index>(e.patch.size()), e.mesh.patch_count());
+  Eigen::ArrayXd area = Eigen::ArrayXd::Zero(patches.patch_count());
+  for (Index i = 0; i < e.mesh.patch_count(); ++i) {
+    const Index p = e.patch[static_cast<std::size_t>(i)];
+    area[p] += e.mesh.area(i);
+    EXPECT_EQ(e.mesh.material(i), patches.material(p));
+    const auto c = e.mesh.corners(i);
+    if ((patches.material_of(p).emission > 0).any()) {
+      EXPECT_EQ(e.mesh.area(i), patches.area(p));
+      continue;
+    }
+    for (std::size_t k = 0; k < c.size(); ++k)
+      EXPECT_LE((e.mesh.vertex(c[(k + 1) % c.size()]) - e.mesh.vertex(c[k])).norm(), 0.15 * 1.0001);
+  }
+  EXPECT_LT((area / patches.areas() - 1).abs().maxCoeff(), 1e-12);
+}
+
+// Against exact factors between patches as small as the elements: a solve that shares nothing with the gather but the scene.
+TEST(Elements, ComeCloserToAFineSolveThanTheirPatches) {
+  const Scene scene = lit_cube(0.2, 0.7, 0.5);
+  const SolvedScene coarse = solved(scene, 0.25, 1.0 / 16, 512);
+  const Elements& e = *coarse.elements;
+  const Refinement fine = refine(coarse.patches.mesh, 4);
+  const SolvedScene reference = [&] {
+    SceneSettings settings;
+    settings.patches = KeepFaces{};
+    settings.method = "analytic";
+    settings.tolerance = 1e-9;
+    return solve_scene(scene_of(fine.mesh), settings);
+  }();
+  // The lamp is one element a patch; of all others the order is that of refine().
+  double of_elements = 0, of_patches = 0, below = 0;
+  Index r = 0;
+  for (Index i = 0; i < e.mesh.patch_count(); ++i) {
+    const Index p = e.patch[static_cast<std::size_t>(i)];
+    if (coarse.patches.mesh.material_of(p).emission[0] > 0) {
+      r += 16;
+      continue;
+    }
+    ASSERT_LT((e.mesh.centroid(i) - fine.mesh.centroid(r)).norm(), 1e-12);
+    const double exact = reference.solution.radiosity(r, 0);
+    const auto square = [&](double b) { return e.mesh.area(i) * (b - exact) * (b - exact); };
+    of_elements += square(e.radiosity(i, 0));
+    of_patches += square(coarse.solution.radiosity(p, 0));
+    below += square(0);
+    ++r;
+  }
+  const double elements = std::sqrt(of_elements / below), patches = std::sqrt(of_patches / below);
+  EXPECT_LT(elements, 0.015);
+  EXPECT_LT(elements, patches / 8);
+}
+
+TEST(Elements, TellTheirNoise) {
+  const SolvedScene a = solved(random_room(3), 0.8, 0.3, 128, "analytic", 1);
+  const SolvedScene b = solved(random_room(3), 0.8, 0.3, 128, "analytic", 2);
+  const PatchMesh& mesh = a.elements->mesh;
+  // Both have it, and differ in nothing else.
+  const double difference = relative(mesh, a.elements->radiosity, b.elements->radiosity) / std::sqrt(2.0);
+  EXPECT_NEAR(a.elements->noise() / difference, 1, 0.15);
+  ASSERT_TRUE(a.error && a.error->gather);
+  EXPECT_EQ(*a.error->gather, a.elements->noise());
+  EXPECT_NEAR(*a.error->total,
+              std::sqrt(std::pow(*a.error->form_factors, 2) + std::pow(*a.error->patches, 2) +
+                        std::pow(a.error->solver, 2) + std::pow(*a.error->gather, 2)),
+              1e-12);
+  // Four times the rays: half the noise, or less.
+  const SolvedScene more = solved(random_room(3), 0.8, 0.3, 512, "analytic", 1);
+  EXPECT_LT(more.elements->noise(), 0.6 * a.elements->noise());
+}
+
+TEST(Elements, AreTheSameBitsOnAnyNumberOfThreads) {
+  const Scene scene = random_room(2);
+  const auto run = [&](int threads) {
+    const ThreadLimit limit(threads);
+    return solved(scene, 0.9, 0.3, 32, "hemisphere").elements->radiosity;
+  };
+  const BandArray one = run(1);
+  EXPECT_TRUE((one == run(4)).all());
+}
+
+TEST(Elements, AreToldWhereThePatchesWere) {
+  const SolvedScene with = solved(lit_cube(0.5, 0.5, 0.5), 0.5, 0.25),
+                    without = solved(lit_cube(0.5, 0.5, 0.5), 0.5, {});
+  const SolvedScene::Told elements = with.told_of_setup(0), patches = without.told_of_setup(0);
+  EXPECT_EQ(elements.mesh.patch_count(), 20 * 4 + 4);  // the lamp stays whole
+  EXPECT_EQ(elements.patch, with.elements->patch);
+  EXPECT_EQ(elements.solution.radiosity.rows(), elements.mesh.patch_count());
+  EXPECT_EQ(elements.solution.vertex_radiosity.rows(), elements.mesh.vertex_count());
+  ASSERT_TRUE(elements.error && patches.error);
+  for (Index i = 0; i < elements.mesh.patch_count(); ++i)
+    EXPECT_GE((*elements.error)(i, 0), (*patches.error)(elements.patch[static_cast<std::size_t>(i)], 0));
+  EXPECT_EQ(patches.mesh.patch_count(), 24);
+  EXPECT_TRUE(patches.patch.empty());
+}
+
+TEST(Elements, LeaveThePatchesWhereTheWorkIsStopped) {
+  SceneSettings settings;
+  settings.patches = PatchSize{0.5};
+  settings.elements = ElementSize{0.1};
+  SolveOptions options;
+  bool told = false;
+  options.progress = [](SolveStage stage, double) { return stage != SolveStage::elements; };
+  options.ended = [&](SolveStage stage, const SolvedScene& scene) {
+    if (stage == SolveStage::elements) told = !scene.elements;
+  };
+  const SolvedScene stopped = solve_scene(lit_cube(0.5, 0.5, 0.5), settings, options);
+  EXPECT_FALSE(stopped.elements);
+  EXPECT_TRUE(told);
+  EXPECT_TRUE(stopped.converged());
+  EXPECT_EQ(stopped.told_of_setup(0).mesh.patch_count(), 24);
+}
+
+TEST(Elements, RefuseSizesThatAreNone) {
+  for (const double size : {0.0, -1.0, std::nan(""), 1e-7})
+    EXPECT_THROW(solved(lit_cube(0.5, 0.5, 0.5), 0.5, size), InputError) << size;
+}
+
+}  // namespace
+}  // namespace radiosity::test
