@@ -15,6 +15,7 @@
 #include "radiosity/formfactors/aggregate.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/meshing/coarsen.hpp"
+#include "relative_error.hpp"
 
 namespace radiosity {
 namespace {
@@ -70,18 +71,6 @@ Cheaper cheaper(const FormFactorMethod& method) {
       cells ? (samples >= 4 ? samples / 4 : 4 * samples) : std::max<Index>(16, samples / 16);
   out.divisor = std::sqrt(1 + static_cast<double>(samples) / static_cast<double>(out.options.samples));
   return out;
-}
-
-// Σ A_i e_i² / Σ A_i (B_i − E_i)² per band; rows that are not a number are left out of both.
-Eigen::ArrayXd mean_square(const Eigen::ArrayXd& areas, const BandArray& error, const BandArray& reflected) {
-  Eigen::ArrayXd above = Eigen::ArrayXd::Zero(error.cols());
-  Eigen::ArrayXd below = above;
-  for (Eigen::Index i = 0; i < areas.size(); ++i) {
-    if (error.row(i).isNaN().any()) continue;
-    above += areas[i] * error.row(i).square().transpose();
-    below += areas[i] * reflected.row(i).square().transpose();
-  }
-  return (below > 0).select(above / below, 0.0);
 }
 
 // Root mean square over a patch and those that share a vertex with it: one difference is a poor estimate of a deviation.
@@ -223,19 +212,6 @@ std::optional<PatchError> patch_error(const SolvedProblem& problem, const FormFa
     per_patch.row(i) = error.isNaN().select(0.0, error);
   }
   return PatchError{half.relative_square / ((gain - 1) * (gain - 1)), std::log2(gain), per_patch};
-}
-
-// Largest error over what is reflected, of the patches that reflect 1 % of the mean or more.
-double largest_share(const PatchMesh& mesh, const BandArray& error, const BandArray& reflected) {
-  double largest = 0;
-  for (Eigen::Index b = 0; b < error.cols(); ++b) {
-    const double mean = (mesh.areas() * reflected.col(b)).sum() / mesh.areas().sum();
-    if (!(mean > 0)) continue;
-    const Eigen::ArrayXd relative =
-        (reflected.col(b) >= 0.01 * mean).select(error.col(b) / reflected.col(b), 0.0);
-    largest = std::max(largest, relative.maxCoeff());
-  }
-  return largest;
 }
 
 // What `compute` gives; nothing, and a note, where it has not the memory or breaks a rule: the solution stands without it.

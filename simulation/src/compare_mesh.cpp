@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "compare_mesh.hpp"
+
+#include "radiosity/formfactors/assemble.hpp"
+#include "radiosity/formfactors/estimate_seconds.hpp"
+
+namespace radiosity {
+namespace {
+
+double longest_edge(const PatchMesh& mesh) {
+  double longest = 0;
+  for (Index i = 0; i < mesh.patch_count(); ++i) {
+    const auto corners = mesh.corners(i);
+    for (std::size_t k = 0; k < corners.size(); ++k)
+      longest = std::max(longest,
+                         (mesh.vertex(corners[k]) - mesh.vertex(corners[(k + 1) % corners.size()])).norm());
+  }
+  return longest;
+}
+
+}  // namespace
+
+PreparedMesh prepare(Patches patches, const PatchOptions& options, const Stopwatch& watch) {
+  PreparedMesh out{{.options = options}, std::make_unique<Patches>(std::move(patches)), {}};
+  out.visibility = std::make_unique<const Visibility>(out.mesh());
+  out.facts.size = out.patches->patch_size > 0 ? out.patches->patch_size : longest_edge(out.mesh());
+  out.facts.patches = out.mesh().patch_count();
+  out.facts.seconds = watch.elapsed();
+  return out;
+}
+
+PreparedMesh prepare(const Scene& scene, const PatchOptions& options) {
+  const Stopwatch watch;
+  return prepare(make_patches(scene, options), options, watch);
+}
+
+std::optional<SolvedRun> solve_on(const PreparedMesh& mesh, const FormFactorMethodInfo& info,
+                                  const FormFactorOptions& settings, double tolerance, Budget& budget,
+                                  double until) {
+  const Stopwatch watch;
+  const auto method = info.make(*mesh.visibility, settings);
+  AssemblyOptions assembly;
+  assembly.memory_limit_bytes = budget.bytes();
+  assembly.progress = [&](double) { return budget.go_on(until); };
+  AssemblyReport report;
+  SolvedRun out;
+  out.f = assemble(*method, *mesh.visibility, assembly, &report);
+  if (!report.completed) return std::nullopt;
+  SolverOptions options;
+  options.tolerance = tolerance;
+  SolveResult result =
+      find_solver("conjugate-gradient").make()->solve(RadiositySystem(*out.f, mesh.mesh()), options);
+  if (result.report.status != SolveStatus::converged) out.failure = result.report.message;
+  out.radiosity = std::move(result.radiosity);
+  out.seconds = watch.elapsed();
+  out.rays = report.rays;
+  return out;
+}
+
+double predict_seconds(const PreparedMesh& mesh, const FormFactorMethodInfo& info,
+                       const FormFactorOptions& settings, const Budget& budget) {
+  return estimate_seconds(*info.make(*mesh.visibility, settings), mesh.facts.patches, 8,
+                          budget.seconds() / 400);
+}
+
+}  // namespace radiosity
