@@ -13,9 +13,8 @@
 namespace radiosity {
 namespace {
 
-constexpr double kReferenceSamples =
-    10;                                 // a reference has so many times the rays or points of what it judges
-constexpr double kDefaultShare = 0.25;  // of what is left, for the default setting of a method
+constexpr double kReferenceSamples = 10;  // rays or points of a reference over those of a run that it judges
+constexpr double kDefaultShare = 0.25;    // of what is left, for the default setting of a method
 
 struct Judges {
   const Reference& reference;                  // of the user's mesh

@@ -11,6 +11,10 @@
 namespace radiosity {
 namespace {
 
+// Patches of the finer reference along one of the user's, the best first. Exact form factors on patches of a third of the size
+// tell more than rays on patches of a quarter.
+constexpr std::array<Index, 3> kExact{4, 3, 2};
+constexpr std::array<Index, 2> kSampled{4, 2};
 constexpr Index kMostRays = 1 << 18;
 constexpr double kSingleRounding = 6e-8;          // F is stored in single precision
 constexpr std::uint64_t kOtherSeeds = 1'000'003;  // apart from those of the runs that are judged
@@ -33,7 +37,7 @@ std::optional<SolvedRun> solve(const PreparedMesh& mesh, const FormFactorMethodI
   return solve_on(mesh, info, settings, 1e-10, budget, until);
 }
 
-// Completes the facts, and the rest.
+// `facts` lack what the mesh and the noise tell.
 Reference reference_on(const PreparedMesh& mesh, ComparedReference facts, BandArray radiosity,
                        BandArray noise, std::optional<FormFactorMatrix> f) {
   facts.size = mesh.facts.size;
@@ -111,10 +115,6 @@ PairsAttempt pairs_reference(const PreparedMesh& mesh, double share, Budget& bud
   return {reference_on(mesh, facts(many), best->radiosity, (best->radiosity - second->radiosity) / 3,
                        std::move(best->f))};
 }
-
-// Patches along an edge of the user's, the best first. Exact form factors on a third of the size tell more than rays on a quarter.
-constexpr std::array<Index, 3> kExact{4, 3, 2};
-constexpr std::array<Index, 2> kSampled{4, 2};
 
 // s of what does not fall with the number of rays: the pairs of lamps, and closing the rows. Nothing where it exceeds the share.
 std::optional<double> fixed_seconds(const PreparedMesh& mesh, double share, Budget& budget) {
