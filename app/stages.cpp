@@ -153,8 +153,8 @@ void tell_patches(Job& job, const Patches& patches, const PatchOptions& options)
 
 std::string settings_text(const FormFactorOptions& options) {
   std::vector<std::string> parts;
-  if (options.samples > 0) parts.push_back(fmt::format("samples {}", options.samples));
-  if (options.resolution > 0) parts.push_back(fmt::format("resolution {}", options.resolution));
+  if (options.has_samples()) parts.push_back(fmt::format("samples {}", options.samples));
+  if (options.has_resolution()) parts.push_back(fmt::format("resolution {}", options.resolution));
   return fmt::format("{}", fmt::join(parts, ", "));
 }
 

@@ -88,11 +88,12 @@ Reference reference(const BenchScene& scene, Index row_count) {
     const auto parent = [&](Index i) { return scene.finer ? scene.parent[static_cast<std::size_t>(i)] : i; };
     for (Index i = 0; i < mesh.patch_count(); ++i) {
       if (parent(i) != out.rows[r]) continue;
-      method->rows(i, i + 1, false,
-                   [&](Index, std::span<const Index> columns, std::span<const double> values, double) {
-                     for (std::size_t k = 0; k < columns.size(); ++k)
-                       out.factors[r][parent(columns[k])] += values[k] * mesh.area(i);
-                   });
+      method->rows(
+          i, i + 1, false,
+          [&](Index, std::span<const Index> columns, std::span<const double> values, std::optional<double>) {
+            for (std::size_t k = 0; k < columns.size(); ++k)
+              out.factors[r][parent(columns[k])] += values[k] * mesh.area(i);
+          });
     }
     out.factors[r] /= scene.mesh.area(out.rows[r]);
   });
@@ -107,8 +108,7 @@ void run(const BenchScene& scene, const Reference& exact, const FormFactorMethod
   const auto method = info.make(visibility, options);
   AssemblyOptions assembly;
   assembly.close = close;
-  AssemblyReport report;
-  const FormFactorMatrix f = assemble(*method, visibility, assembly, &report);
+  const auto [f, report] = assemble(*method, visibility, assembly);
   const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
 
   double square = 0;
@@ -128,7 +128,7 @@ void run(const BenchScene& scene, const Reference& exact, const FormFactorMethod
   }
   fmt::print("| {} | {} {}{}{} | {:.2f} | {:.1f} | {:.2g} | {:.1e} | {:.1e} | {:.1e} | {:.1e} | {:.1e} |\n",
              scene.name, info.name, options.samples,
-             options.resolution > 0 ? fmt::format(" × {}", options.resolution) : "",
+             options.has_resolution() ? fmt::format(" × {}", options.resolution) : "",
              close ? "" : ", rows as they are", seconds, static_cast<double>(f.bytes()) / 1e6,
              static_cast<double>(report.rays), l1, std::sqrt(square / norm), largest,
              report.before.reciprocity_error_mean, report.before.closure_error_max);
@@ -169,7 +169,7 @@ std::vector<std::vector<std::function<BenchScene()>>> scenes() {
 /// viewpoints, the classical one over the centre first.
 std::vector<FormFactorOptions> ladder(const FormFactorMethodInfo& info, Index patches) {
   if (info.name == "analytic" && patches >= 4000) return {info.defaults};
-  if (info.defaults.resolution == 0) return {info.defaults, {.samples = 4 * info.defaults.samples}};
+  if (!info.defaults.has_resolution()) return {info.defaults, {.samples = 4 * info.defaults.samples}};
   std::vector<FormFactorOptions> steps;
   for (const Index samples : {1, 4})
     for (const Index resolution : {64, 128, 256})

@@ -157,7 +157,7 @@ int main(int argc, char** argv) {
       const Patches patches = make_patches(scene, PatchSize{size});
       const Visibility visibility(patches.mesh);
       const auto form_factors = find_form_factor_method(method).make(visibility);
-      const FormFactorMatrix matrix = assemble(*form_factors, visibility);
+      const FormFactorMatrix matrix = assemble(*form_factors, visibility).matrix;
       const RadiositySystem system(matrix, patches.mesh);
       const Solution solution = solve(*find_solver("conjugate-gradient").make(), system, patches.mesh);
       const auto [solve_wall, solve_cpu] = watch.lap();

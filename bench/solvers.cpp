@@ -160,7 +160,7 @@ int main(int argc, char** argv) {
         make_patches(test::two_furnished_rooms(), PatchSize{smallest ? 2 : patch_size}).mesh;
     const Visibility visibility(mesh);
     const auto method = find_form_factor_method("hemisphere").make(visibility, {});
-    const FormFactorMatrix f = assemble(*method, visibility);
+    const FormFactorMatrix f = assemble(*method, visibility).matrix;
     fmt::print(
         "Two furnished rooms, {} patches. Passes over F (shots/n) and seconds to a relative error of B "
         "of\n\n",

@@ -40,7 +40,7 @@ std::string percent(double share) {
 }
 
 std::string setting(const ComparedRun& run) {
-  return run.settings.resolution > 0
+  return run.settings.has_resolution()
              ? fmt::format("{} {} × {}", run.method, run.settings.samples, run.settings.resolution)
              : fmt::format("{} {}", run.method, run.settings.samples);
 }
@@ -135,9 +135,8 @@ void print_lamp(const Comparison& all) {
     const PatchMesh& patches = pairwise ? mesh : dark;
     const Visibility visibility(patches);
     const auto method = info.make(visibility);
-    AssemblyReport report;
     const double start = now();
-    const FormFactorMatrix f = assemble(*method, visibility, {}, &report);
+    const auto [f, report] = assemble(*method, visibility);
     const double seconds = now() - start;
     const BandArray radiosity =
         find_solver("conjugate-gradient").make()->solve(RadiositySystem(f, mesh)).radiosity;
@@ -162,7 +161,7 @@ void print_shooting(const Comparison& all) {
     {
       const double start = now();
       const auto method = info.make(visibility);
-      const FormFactorMatrix f = assemble(*method, visibility);
+      const FormFactorMatrix f = assemble(*method, visibility).matrix;
       const auto result = find_solver("conjugate-gradient").make()->solve(RadiositySystem(f, mesh), options);
       fmt::print("| gathering, conjugate-gradient | {:g} | 1 | {:.2g} | {} | {:.3g} |\n", tolerance,
                  now() - start, percent(relative_error(mesh, result.radiosity, all.radiosity).rms),

@@ -30,8 +30,8 @@ std::vector<Setting> settings_of(std::string_view method) {
 
 std::string name_of(const Setting& setting) {
   std::string name(setting.method);
-  if (setting.options.samples > 0) name += fmt::format(", {} samples", setting.options.samples);
-  if (setting.options.resolution > 0) name += fmt::format(", {} cells", setting.options.resolution);
+  if (setting.options.has_samples()) name += fmt::format(", {} samples", setting.options.samples);
+  if (setting.options.has_resolution()) name += fmt::format(", {} cells", setting.options.resolution);
   return name;
 }
 

@@ -138,7 +138,7 @@ Limit white_rooms(std::string name, std::string_view scene, const PatchMesh& mes
       "B = E/(1 − ρ); or the area mean of it; energy balanced to 1e-6; at most 40 products",
       "analytic, conjugate-gradient", [=] {
         const MethodSetup setup(mesh, find_form_factor_method("analytic"));
-        const FormFactorMatrix f = assemble(*setup.method, setup.visibility);
+        const FormFactorMatrix f = assemble(*setup.method, setup.visibility).matrix;
         const Index n = mesh.patch_count();
         const Eigen::ArrayXd share = mesh.areas() / mesh.areas().sum();
         Worst worst;
@@ -444,9 +444,9 @@ Limit by_methods(std::string name, std::string asked, std::string exact, Allowed
   return {std::move(name), std::move(asked), std::move(exact), "every method", [=] {
             Outcome out{0, 1, ""};
             for (const FormFactorMethodInfo& method : form_factor_methods()) {
-              const double most = method.name == "analytic"         ? allowed.pairs
-                                  : method.defaults.resolution == 0 ? allowed.rays
-                                                                    : allowed.cells;
+              const double most = method.name == "analytic"           ? allowed.pairs
+                                  : !method.defaults.has_resolution() ? allowed.rays
+                                                                      : allowed.cells;
               const double e = error(method);
               out.came_out += fmt::format("{}{} {:.1e} (allowed: {:.0e})",
                                           out.came_out.empty() ? "off by: " : ", ", method.name, e, most);
@@ -458,13 +458,13 @@ Limit by_methods(std::string name, std::string asked, std::string exact, Allowed
 
 double factor(const PatchMesh& mesh, const FormFactorMethodInfo& method, Index i, Index j) {
   const MethodSetup setup(mesh, method);
-  return assemble(*setup.method, setup.visibility)(i, j);
+  return assemble(*setup.method, setup.visibility).matrix(i, j);
 }
 
 /// Every solver of the mesh's own materials, closed, E = 1, ρ = ½: B = 2.
 double furnace(const PatchMesh& mesh, const FormFactorMethodInfo& method) {
   const MethodSetup setup(mesh, method);
-  const FormFactorMatrix f = assemble(*setup.method, setup.visibility);
+  const FormFactorMatrix f = assemble(*setup.method, setup.visibility).matrix;
   double worst = 0;
   for (const SolverInfo& solver : solvers()) {
     const BandArray b = solve(solver, {f, setup.mesh}).radiosity;
@@ -476,7 +476,7 @@ double furnace(const PatchMesh& mesh, const FormFactorMethodInfo& method) {
 /// R10 on 8 × 8 patches a face: ceiling E = 1, ρ = ½; the mean of the floor.
 double cube_floor(const PatchMesh& mesh, const FormFactorMethodInfo& method) {
   const MethodSetup setup(mesh, method);
-  const FormFactorMatrix f = assemble(*setup.method, setup.visibility);
+  const FormFactorMatrix f = assemble(*setup.method, setup.visibility).matrix;
   BandArray e = constant(mesh.patch_count(), 0);
   const Index face = mesh.patch_count() / 6;
   e.bottomRows(face) = 1;
@@ -591,7 +591,7 @@ void add_geometry(std::vector<Limit>& list) {
       "TwoPatches", "unit squares at 1 m, ρ = ½, one lit, open", "B = 1/(1 − (F/2)²), F B/2",
       Allowed{2e-7, 1.8e-1, 9e-3}, [](const FormFactorMethodInfo& method) {
         const MethodSetup setup(dark_squares({0, 0, 1}, {0, 1, 0}, {1, 0, 0}), method);
-        const FormFactorMatrix f = assemble(*setup.method, setup.visibility);
+        const FormFactorMatrix f = assemble(*setup.method, setup.visibility).matrix;
         BandArray e = constant(2, 0);
         e(0, 0) = 1;
         const double exact = 0.199824895698387 / 2;
@@ -611,7 +611,7 @@ void add_geometry(std::vector<Limit>& list) {
                                          .grid({2, 0, 0}, {0, 1, 0}, {0, 0, 1}, 1, 1)
                                          .build();
                    const MethodSetup setup(mesh, method);
-                   const FormFactorMatrix f = assemble(*setup.method, setup.visibility);
+                   const FormFactorMatrix f = assemble(*setup.method, setup.visibility).matrix;
                    BandArray exact = constant(setup.size(), 2);
                    exact(setup.size() - 1, 0) = 1;
                    double worst = 0;

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <random>
+#include <vector>
 
 #include "radiosity/formfactors/form_factor_matrix.hpp"
 #include "radiosity/formfactors/form_factor_method.hpp"
@@ -15,8 +17,9 @@ Eigen::MatrixXd as_dense(const FormFactors& f);
 
 /// Rows of a method as it gives them.
 struct RawRows {
-  Eigen::MatrixXd f;        ///< n × n
-  Eigen::VectorXd escaped;  ///< as passed to the sink
+  Eigen::MatrixXd f;                          ///< n × n
+  std::vector<std::optional<double>> escape;  ///< as passed to the sink
+  std::optional<double> escaped(Index i) const { return escape[static_cast<std::size_t>(i)]; }
 };
 RawRows raw_rows(const FormFactorMethod& method, Index n, bool upper = false);
 

@@ -14,7 +14,7 @@ namespace radiosity::test {
 
 /// What trades the method's speed for accuracy: its cells, or else its samples.
 inline Index FormFactorOptions::*setting_of(const FormFactorMethodInfo& info) {
-  return info.defaults.resolution > 0 ? &FormFactorOptions::resolution : &FormFactorOptions::samples;
+  return info.defaults.has_resolution() ? &FormFactorOptions::resolution : &FormFactorOptions::samples;
 }
 
 inline FormFactorOptions setting_of(const FormFactorMethodInfo& info, Index value) {
@@ -41,7 +41,7 @@ struct MethodSetup {
   /// How far the sum of a row of raw entries may be off: methods that look at directions account for every
   /// one of them; the others collect the independent errors of the entries.
   double row_tolerance(const RawRows& rows, Index i) const {
-    if (method->exact() || rows.escaped[i] >= 0) return 1e-6;
+    if (method->exact() || rows.escaped(i)) return 1e-6;
     return 5 * rows.f.row(i).norm() / (2 * std::sqrt(method->options().samples)) + 1e-6;
   }
 
@@ -62,7 +62,7 @@ struct SeedMeans {
 
   /// Rays and shadow rays; viewpoints on a grid whose quadrature error is below that of the cells.
   static FormFactorOptions fine(const FormFactorMethodInfo& info) {
-    return {.samples = info.defaults.resolution > 0 ? 16 : std::max<Index>(info.defaults.samples, 256)};
+    return {.samples = info.defaults.has_resolution() ? 16 : std::max<Index>(info.defaults.samples, 256)};
   }
 
   SeedMeans(const PatchMesh& mesh, const FormFactorMethodInfo& info, FormFactorOptions options) {

@@ -4,11 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "radiosity/formfactors/threads.hpp"
 #include "radiosity/meshing/error.hpp"
+#include "rounded_down.hpp"
 
 namespace radiosity {
 namespace {
@@ -18,12 +18,6 @@ struct Row {
   std::vector<float> values;
   double diagonal = 0;
 };
-
-// Towards zero, so that what a row of single precision lacks is a diagonal that is not negative.
-float rounded_down(double f) {
-  const auto nearest = static_cast<float>(f);
-  return static_cast<double>(nearest) > f ? std::nextafter(nearest, 0.0F) : nearest;
-}
 
 }  // namespace
 

@@ -29,7 +29,7 @@ class Analytic final : public FormFactorMethod {
         columns.push_back(j);
         values.push_back(f);
       }
-      sink(i, columns, values, -1);
+      sink(i, columns, values, std::nullopt);
     }
   }
   bool reciprocal() const override { return true; }

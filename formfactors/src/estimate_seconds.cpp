@@ -13,7 +13,7 @@ namespace radiosity {
 double estimate_seconds(const FormFactorMethod& method, Index patches, Index rows, double patience) {
   if (patches <= 0) return 0;
   using Clock = std::chrono::steady_clock;
-  const FormFactorMethod::Sink ignore = [](Index, std::span<const Index>, std::span<const double>, double) {};
+  const FormFactorMethod::Sink ignore = [](auto&&...) {};
   const auto seconds_of = [&](Index row) {
     const auto start = Clock::now();
     method.rows(row, row + 1, method.reciprocal(), ignore);

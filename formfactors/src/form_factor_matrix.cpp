@@ -129,7 +129,7 @@ void FormFactors::multiply(const BandArray& x, BandArray& y) const {
       const FormFactorRow r = row(i, buffer);
       diagonal[static_cast<std::size_t>(i - block.begin())] = r.diagonal;
       const float* const f = r.values.data();
-      if (!r.columns.empty() || r.values.empty()) {
+      if (!r.dense()) {
         sparse_row(r, x.data(), bands, &y(i, 0));
       } else if (stored()) {
         dense[count++] = f;
@@ -232,8 +232,7 @@ Eigen::ArrayXd FormFactorMatrix::diagonal() const {
 
 double FormFactorMatrix::operator()(Index i, Index j) const {
   const FormFactorRow r = row(i);
-  if (r.columns.empty())
-    return r.values.empty() ? 0 : static_cast<double>(r.values[static_cast<std::size_t>(j)]);
+  if (r.dense()) return static_cast<double>(r.values[static_cast<std::size_t>(j)]);
   const auto found = std::lower_bound(r.columns.begin(), r.columns.end(), j);
   if (found == r.columns.end() || *found != j) return 0;
   return static_cast<double>(r.values[static_cast<std::size_t>(found - r.columns.begin())]);

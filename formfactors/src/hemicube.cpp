@@ -112,7 +112,7 @@ class Hemicube final : public FormFactorMethod {
   FormFactorOptions options() const override {
     return {.samples = points_, .resolution = resolution_, .seed = seed_};
   }
-  double direction_share() const override { return direction_share_; }
+  std::optional<double> direction_share() const override { return direction_share_; }
   Index max_entries_per_row() const override {
     return static_cast<Index>(std::min(static_cast<std::size_t>(points_) * cells_,
                                        static_cast<std::size_t>(visibility_.mesh().patch_count())));

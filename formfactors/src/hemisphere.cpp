@@ -37,7 +37,7 @@ class Hemisphere final : public FormFactorMethod {
   bool exact() const override { return false; }
   std::uint64_t rays() const override { return rays_.load(std::memory_order_relaxed); }
   FormFactorOptions options() const override { return {.samples = samples(), .seed = seed_}; }
-  double direction_share() const override { return 1.0 / samples(); }
+  std::optional<double> direction_share() const override { return 1.0 / samples(); }
   Index max_entries_per_row() const override { return std::min(samples(), visibility_.mesh().patch_count()); }
 
  private:

@@ -140,7 +140,8 @@ std::vector<Index> united(const std::vector<Index>& a, const std::vector<Index>&
 }  // namespace
 
 bool hardly_answered(const FormFactorMethod& method, double row_sum) {
-  return row_sum < kFewAnswers * method.direction_share();
+  const std::optional<double> share = method.direction_share();
+  return share && row_sum < kFewAnswers * *share;
 }
 
 std::vector<Index> pairwise_in_advance(const Visibility& visibility) {
@@ -166,7 +167,7 @@ PairwisePatches pairwise_patches(const FormFactorMethod& method, const Visibilit
 
   std::vector<Index> lamps = lamps_of(mesh);
   if (lamps.size() > most) {
-    const FaintLamps found = faint_lamps(mesh, lamps, method.direction_share());
+    const FaintLamps found = faint_lamps(mesh, lamps, method.direction_share().value_or(0));
     if (found.faint > 0)
       out.warnings.push_back(
           fmt::format("{} of {} surfaces that emit are so small that what single patches receive from them "

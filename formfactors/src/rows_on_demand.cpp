@@ -39,13 +39,14 @@ FormFactorRow RowsOnDemand::row(Index i, RowBuffer& buffer) const {
   double sum = 0;
   const auto fill = [&](const FormFactorMethod& method) {
     method.rows(i, i + 1, false,
-                [&](Index, std::span<const Index> columns, std::span<const double> values, double escaped) {
+                [&](Index, std::span<const Index> columns, std::span<const double> values,
+                    std::optional<double> escaped) {
                   buffer.columns.assign(columns.begin(), columns.end());
                   buffer.values.resize(values.size());
                   std::transform(values.begin(), values.end(), buffer.values.begin(),
                                  [](double f) { return static_cast<float>(f); });
                   sum = std::accumulate(values.begin(), values.end(), 0.0);
-                  escaped_[static_cast<std::size_t>(i)] = escaped >= 0 ? escaped : 1 - sum;
+                  escaped_[static_cast<std::size_t>(i)] = escaped.value_or(1 - sum);
                 });
   };
   if (pairwise_ && std::binary_search(pairwise_->patches.begin(), pairwise_->patches.end(), i)) {

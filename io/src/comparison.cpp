@@ -58,7 +58,7 @@ std::string csv(const Comparison& comparison) {
     const bool ran = run.left_out.empty();
     out += fmt::format("method,{},{},{},{},{},{},,,{},{},{},,{},{},{},{},{},{},{}\n", run.method,
                        run.settings.samples,
-                       run.settings.resolution > 0 ? fmt::format("{}", run.settings.resolution) : "",
+                       run.settings.has_resolution() ? fmt::format("{}", run.settings.resolution) : "",
                        run.settings.seed, mesh.size, mesh.patches, ran ? fmt::format("{}", run.seconds) : "",
                        ran ? fmt::format("{}", run.bytes) : "", ran ? fmt::format("{}", run.rays) : "",
                        number(rms(run.factors)), number(largest(run.factors)), number(rms(run.total)),
@@ -105,7 +105,7 @@ Json to_json(const Comparison& comparison, const ComparisonOrigin& origin) {
   for (std::size_t r = 0; r < comparison.runs.size(); ++r) {
     const ComparedRun& run = comparison.runs[r];
     Json json = {{"method", run.method}, {"mesh", run.mesh}, {"samples", run.settings.samples}};
-    if (run.settings.resolution > 0) json["resolution"] = run.settings.resolution;
+    if (run.settings.has_resolution()) json["resolution"] = run.settings.resolution;
     json["seed"] = run.settings.seed;
     json["standard"] = run.standard;
     json["predicted_seconds"] = run.predicted_s;
@@ -192,7 +192,7 @@ std::string solve_command(const Comparison& comparison, const ComparedRun& run,
   if (std::holds_alternative<KeepFaces>(patches)) size = "none";
   std::string out = fmt::format("radiosity solve {} -o OUT.vtp --patch-size {} --method {} --samples {}",
                                 origin.scene, size, run.method, run.settings.samples);
-  if (run.settings.resolution > 0) out += fmt::format(" --resolution {}", run.settings.resolution);
+  if (run.settings.has_resolution()) out += fmt::format(" --resolution {}", run.settings.resolution);
   if (run.settings.seed != FormFactorOptions{}.seed) out += fmt::format(" --seed {}", run.settings.seed);
   if (origin.threads > 0) out += fmt::format(" --threads {}", origin.threads);
   return out + " --no-error-estimate";

@@ -73,8 +73,8 @@ Json to_json(const FormFactorQuality& quality) {
 
 Json to_json(const FormFactorFacts& facts) {
   Json parameters = {{"seed", facts.options.seed}};
-  if (facts.options.samples > 0) parameters["samples"] = facts.options.samples;
-  if (facts.options.resolution > 0) parameters["resolution"] = facts.options.resolution;
+  if (facts.options.has_samples()) parameters["samples"] = facts.options.samples;
+  if (facts.options.has_resolution()) parameters["resolution"] = facts.options.resolution;
   const AssemblyReport& assembly = facts.assembly;
   Json json = {{"method", facts.method},     {"parameters", parameters}, {"storage", name_of(facts.storage)},
                {"nonzeros", facts.nonzeros}, {"bytes", facts.bytes},     {"rays", assembly.rays}};

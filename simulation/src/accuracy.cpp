@@ -25,7 +25,7 @@ constexpr Kind kCells{1, 1.8, 0.6, 4, 16, true};  // more viewpoints do not mend
 // What fulfils the goal with the patches and samples of one round scaled up.
 AccuracyPlan scale(const AccuracyRound& round, double target) {
   const double p = round.error.order.value_or(1);
-  const Kind& kind = round.reciprocal ? kPairs : round.options.resolution > 0 ? kCells : kRays;
+  const Kind& kind = round.reciprocal ? kPairs : round.options.has_resolution() ? kCells : kRays;
   const double q = kind.q, a = kind.a, b = round.exact ? 0 : kind.b;
   const double squared = target * target * (1 - kSolverShare * kSolverShare);
   const double patch_error = round.error.patches.value_or(0);

@@ -41,8 +41,7 @@ Solved solve_on(const SolvedProblem& problem, const PatchMesh& mesh, const Visib
   const auto method = problem.method.make(visibility, options);
   AssemblyOptions assembly = problem.assembly;
   assembly.pair_rows = std::move(pair_rows);
-  AssemblyReport report;
-  const FormFactorMatrix f = assemble(*method, visibility, assembly, &report);
+  const auto [f, report] = assemble(*method, visibility, assembly);
   if (!report.completed) throw Stopped{};
   return {problem.solver.solve(RadiositySystem(f, mesh), quiet(problem.solver_options)).radiosity,
           report.lamps, report.pair_rows};
@@ -66,7 +65,7 @@ Cheaper cheaper(const FormFactorMethod& method) {
   ++out.options.seed;
   // Directions: the square of the error falls as 1/N, and both have one. Where there is but one viewpoint, four in its place:
   // another turn of the same cube would not show that it stands at the centre.
-  const bool cells = out.options.resolution > 0;
+  const bool cells = out.options.has_resolution();
   out.options.samples =
       cells ? (samples >= 4 ? samples / 4 : 4 * samples) : std::max<Index>(16, samples / 16);
   out.divisor = std::sqrt(1 + static_cast<double>(samples) / static_cast<double>(out.options.samples));

@@ -52,8 +52,10 @@ class Prepared {
   FormFactorMatrix form_factors() {
     watch_.lap();
     FormFactorFacts& facts = out_.form_factors;
-    FormFactorMatrix matrix = assemble(*chosen_.method, *visibility_,
-                                       assembly_options(task_, SolveStage::form_factors), &facts.assembly);
+    AssembledFormFactors assembled =
+        assemble(*chosen_.method, *visibility_, assembly_options(task_, SolveStage::form_factors));
+    const FormFactorMatrix& matrix = assembled.matrix;
+    facts.assembly = std::move(assembled.report);
     out_.seconds.form_factors = watch_.lap();
     facts.storage = matrix.sparse() ? FormFactorStorage::sparse : FormFactorStorage::dense;
     facts.nonzeros = matrix.nonzeros();
@@ -73,7 +75,7 @@ class Prepared {
     if (assembly.completed)
       warnings.insert(warnings.end(), assembly.warnings.begin(), assembly.warnings.end());
     ended(SolveStage::form_factors, warnings);
-    return matrix;
+    return std::move(assembled.matrix);
   }
 
   void ended(SolveStage stage, const std::vector<std::string>& warnings = {}) {

@@ -54,7 +54,7 @@ class Rounds {
       SceneSettings next = settings_;
       next.method = std::string(plan->method->name);
       next.samples = plan->options.samples;
-      if (plan->options.resolution > 0) next.resolution = plan->options.resolution;
+      if (plan->options.has_resolution()) next.resolution = plan->options.resolution;
       if (plan->patch_size > 0)
         next.patches = PatchSize{plan->patch_size};
       else

@@ -16,7 +16,7 @@ namespace {
 
 FormFactorMatrix factors(const PatchMesh& mesh, std::string_view method, FormFactorOptions options = {}) {
   const Visibility visibility(mesh);
-  return assemble(*find_form_factor_method(method).make(visibility, options), visibility);
+  return assemble(*find_form_factor_method(method).make(visibility, options), visibility).matrix;
 }
 
 // F between unions is what exact factors between the unions themselves are.

@@ -27,10 +27,9 @@ struct Assembled {
 };
 
 Assembled assembled(const MethodSetup& setup, const AssemblyOptions& options = {}) {
-  AssemblyReport report;
-  FormFactorMatrix matrix = assemble(*setup.method, setup.visibility, options, &report);
-  Eigen::MatrixXd f = as_dense(matrix);
-  return {std::move(report), std::move(matrix), std::move(f)};
+  AssembledFormFactors assembled = assemble(*setup.method, setup.visibility, options);
+  Eigen::MatrixXd f = as_dense(assembled.matrix);
+  return {std::move(assembled.report), std::move(assembled.matrix), std::move(f)};
 }
 
 AssemblyOptions unclosed() {
@@ -368,7 +367,7 @@ class GivenRows final : public FormFactorMethod {
   bool exact() const override { return false; }
   std::uint64_t rays() const override { return 0; }
   FormFactorOptions options() const override { return {}; }
-  double direction_share() const override { return 1e-6; }
+  std::optional<double> direction_share() const override { return 1e-6; }
   Index max_entries_per_row() const override { return static_cast<Index>(f_.cols()); }
 
  private:
@@ -383,8 +382,8 @@ TEST(Restoring, DoesNotBendTheOtherRowsToFitOneThatContradictsThem) {
   Eigen::MatrixXd f = exact;
   f.topRows(2).setZero();
   f(0, 1) = f(1, 0) = 1;
-  AssemblyReport report;
-  const Eigen::MatrixXd restored = as_dense(assemble(GivenRows(f), setup.visibility, {}, &report));
+  const auto [matrix, report] = assemble(GivenRows(f), setup.visibility);
+  const Eigen::MatrixXd restored = as_dense(matrix);
   const Index others = setup.size() - 2;
   const double kept = 1 - exact.bottomLeftCorner(others, 2).rowwise().sum().maxCoeff() / 2;
   const Eigen::ArrayXXd before = exact.bottomRightCorner(others, others);

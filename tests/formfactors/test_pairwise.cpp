@@ -19,10 +19,11 @@ using std::numbers::pi;
 
 class Pairwise : public testing::TestWithParam<const FormFactorMethodInfo*> {
  protected:
-  Eigen::MatrixXd factors(const PatchMesh& mesh, AssemblyReport* report = nullptr) const {
+  AssembledFormFactors assembled(const PatchMesh& mesh) const {
     const MethodSetup setup(mesh, *GetParam());
-    return as_dense(assemble(*setup.method, setup.visibility, {}, report));
+    return assemble(*setup.method, setup.visibility);
   }
+  Eigen::MatrixXd factors(const PatchMesh& mesh) const { return as_dense(assembled(mesh).matrix); }
 };
 
 INSTANTIATE_TEST_SUITE_P(All, Pairwise, testing::ValuesIn(pointers(form_factor_methods())),
@@ -105,8 +106,7 @@ TEST_P(Pairwise, ClosingLeavesTheFactorsToASmallLampAlone) {
                                .grid({0.47, 0.41, 1}, size * Vec3::UnitY(), size * Vec3::UnitX(), 1, 1)
                                .build();
     const Index lamp = mesh.patch_count() - 1;
-    AssemblyReport report;
-    const Eigen::MatrixXd f = factors(mesh, &report);
+    const Eigen::MatrixXd f = factors(mesh);
     const Eigen::MatrixXd exact = MethodSetup(mesh, find_form_factor_method("analytic")).raw().f;
     for (Index i = 0; i < lamp; ++i) {
       EXPECT_NEAR(f(i, lamp), exact(i, lamp), 1e-5 * exact(i, lamp)) << "from " << i;
@@ -126,8 +126,8 @@ TEST_P(Pairwise, LampsKnowBetterThanCellsWhatLeavesThroughANarrowGap) {
 TEST_P(Pairwise, SaysSoWherePatchesThatNearlyTouchAreTooMany) {
   const Vec3 x = Vec3::UnitX(), y = Vec3::UnitY();
   const PatchMesh mesh = unlit().grid({0, 0, 0}, x, y, 12, 12).grid({0, 0, 1e-9}, y, x, 12, 12).build();
-  AssemblyReport report;
-  const Eigen::MatrixXd f = factors(mesh, &report);
+  const auto [matrix, report] = assembled(mesh);
+  const Eigen::MatrixXd f = as_dense(matrix);
   const bool right = (f.rowwise().sum().array() - 1).abs().maxCoeff() < 1e-6;
   EXPECT_TRUE(right || !report.warnings.empty());
 }
@@ -145,8 +145,7 @@ TEST_P(Pairwise, SaysSoWhereSmallLampsAreTooMany) {
   FormFactorOptions coarse = setting_of(*GetParam(), 16);
   const auto warnings = [&](const PatchMesh& mesh) {
     const MethodSetup setup(mesh, *GetParam(), coarse);
-    AssemblyReport report;
-    assemble(*setup.method, setup.visibility, {}, &report);
+    const auto [f, report] = assemble(*setup.method, setup.visibility);
     return std::count_if(report.warnings.begin(), report.warnings.end(), [](const std::string& warning) {
       return warning.find("surfaces that emit") != std::string::npos;
     });
@@ -170,11 +169,11 @@ TEST(PairRows, OfAnEarlierAssemblyAreTakenAsTheyAreAndNoOthersComputed) {
   const MethodSetup many(mesh, info, {.samples = 4096}), few(mesh, info, {.samples = 16});
   AssemblyOptions options;
   options.close = false;
-  AssemblyReport of_many, of_few, of_few_alone;
-  const Eigen::MatrixXd a = as_dense(assemble(*many.method, many.visibility, options, &of_many));
-  assemble(*few.method, few.visibility, options, &of_few_alone);
+  const auto [f_of_many, of_many] = assemble(*many.method, many.visibility, options);
+  const AssemblyReport of_few_alone = assemble(*few.method, few.visibility, options).report;
   options.pair_rows = of_many.pair_rows;
-  const Eigen::MatrixXd b = as_dense(assemble(*few.method, few.visibility, options, &of_few));
+  const auto [f_of_few, of_few] = assemble(*few.method, few.visibility, options);
+  const Eigen::MatrixXd a = as_dense(f_of_many), b = as_dense(f_of_few);
   EXPECT_GT(of_few_alone.pairwise, of_many.pairwise);
   EXPECT_EQ(of_few.pairwise, of_many.pairwise);
   EXPECT_EQ(of_few.lamps, 1);

@@ -20,8 +20,8 @@ const FormFactorMethodInfo& analytic() {
 }
 
 /// F as it is stored, with the diagonal.
-Eigen::MatrixXd stored(const MethodSetup& setup, AssemblyReport* report = nullptr) {
-  return as_dense(assemble(*setup.method, setup.visibility, {}, report));
+Eigen::MatrixXd stored(const MethodSetup& setup) {
+  return as_dense(assemble(*setup.method, setup.visibility).matrix);
 }
 
 /// Triangles, some of them slivers, at random in a closed room of unit size.
@@ -92,8 +92,7 @@ TEST(AnalyticBounds, AScreenTakesWhatItHidesAtTheDefaultSetting) {
 TEST(AnalyticBounds, NearlyTouchingSquaresCloseTheirRows) {
   for (const double gap : {1e-3, 1e-6, 1e-9}) {
     const MethodSetup setup(opposed_squares(gap, 3), analytic());
-    AssemblyReport report;
-    const FormFactorMatrix f = assemble(*setup.method, setup.visibility, {}, &report);
+    const FormFactorMatrix f = assemble(*setup.method, setup.visibility).matrix;
     const Eigen::MatrixXd dense = as_dense(f);
     EXPECT_GE(dense.minCoeff(), 0);
     EXPECT_LE(dense.maxCoeff(), 1);
@@ -128,8 +127,8 @@ TEST_P(Bounds, AFurnishedRoomIsClosed) {
   // Rows are closed however rough the factors of pairs that see each other in part are.
   const FormFactorOptions options{.samples = GetParam() == &analytic() ? 4 : 0};
   const MethodSetup setup(make_patches(two_furnished_rooms(), PatchSize{2}).mesh, *GetParam(), options);
-  AssemblyReport report;
-  const Eigen::MatrixXd f = stored(setup, &report);
+  const auto [matrix, report] = assemble(*setup.method, setup.visibility);
+  const Eigen::MatrixXd f = as_dense(matrix);
   EXPECT_TRUE(report.closed_scene);
   Index covered = 0;
   for (Index i = 0; i < setup.size(); ++i) {
@@ -155,8 +154,8 @@ TEST(SampledRows, SayHowMuchNoiseTheyHoldAndGiveALampItsFactorsWithinOneAndAHalf
   const Eigen::MatrixXd exact = MethodSetup(mesh, analytic(), {.samples = 4}).raw().f;
   for (const Index samples : {256, 4096}) {
     const MethodSetup setup(mesh, find_form_factor_method("hemisphere"), {.samples = samples});
-    AssemblyReport report;
-    const Eigen::ArrayXd row_errors = (stored(setup, &report) - exact).cwiseAbs().rowwise().sum().array();
+    const auto [f, report] = assemble(*setup.method, setup.visibility);
+    const Eigen::ArrayXd row_errors = (as_dense(f) - exact).cwiseAbs().rowwise().sum().array();
     const double error = (row_errors * mesh.areas()).sum() / mesh.areas().sum();
     EXPECT_LT(error, 1.5 * report.before.reciprocity_error_mean);
     EXPECT_GT(error, 0.6 * report.before.reciprocity_error_mean);
@@ -174,9 +173,7 @@ TEST(SampledRows, SayHowMuchNoiseTheyHoldAndGiveALampItsFactorsWithinOneAndAHalf
 
 TEST(AnalyticPairs, AreCountedOnceEach) {
   const MethodSetup setup(make_patches(two_furnished_rooms(), PatchSize{2}).mesh, analytic(), {.samples = 1});
-  AssemblyReport report;
-  stored(setup, &report);
-  const PairCounts& p = report.pairs;
+  const PairCounts p = assemble(*setup.method, setup.visibility).report.pairs;
   const auto n = static_cast<std::uint64_t>(setup.size());
   // Patches of one group lie in one plane, and pairs of a patch with itself are not asked for.
   EXPECT_EQ(p.behind + p.hidden + p.free + p.partial + p.by_rays, n * (n - 1) / 2);

@@ -62,7 +62,7 @@ TEST(Ladder, HoldsTheDefaultAndRisesByFactorsOfFour) {
           steps[k].samples == info.defaults.samples && steps[k].resolution == info.defaults.resolution;
       for (std::size_t m = 0; m < k; ++m)
         EXPECT_TRUE(steps[k].samples != steps[m].samples || steps[k].resolution != steps[m].resolution);
-      EXPECT_EQ(steps[k].resolution == 0, info.defaults.resolution == 0);
+      EXPECT_EQ(steps[k].has_resolution(), info.defaults.has_resolution());
     }
     EXPECT_EQ(standard, 1) << info.name;
     EXPECT_GE(steps.size(), 5U) << info.name;

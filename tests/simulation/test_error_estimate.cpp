@@ -26,8 +26,7 @@ Estimated run(const Scene& scene, const PatchOptions& patch_options, std::string
   Patches patches = make_patches(scene, patch_options);
   const Visibility visibility(patches.mesh);
   const FormFactorMethodInfo& info = find_form_factor_method(method);
-  AssemblyReport assembly;
-  const FormFactorMatrix f = assemble(*info.make(visibility, options), visibility, {}, &assembly);
+  const auto [f, assembly] = assemble(*info.make(visibility, options), visibility);
   const auto solver = find_solver("conjugate-gradient").make();
   const RadiositySystem system(f, patches.mesh);
   const Solution solution = solve(*solver, system, patches.mesh);
@@ -166,7 +165,7 @@ TEST(ErrorEstimate, StopsWhenAskedTo) {
   const Patches patches = make_patches(scene, PatchSize{0.25});
   const Visibility visibility(patches.mesh);
   const FormFactorMethodInfo& info = find_form_factor_method("hemisphere");
-  const FormFactorMatrix f = assemble(*info.make(visibility), visibility);
+  const FormFactorMatrix f = assemble(*info.make(visibility), visibility).matrix;
   const auto solver = find_solver("conjugate-gradient").make();
   const Solution solution = solve(*solver, RadiositySystem(f, patches.mesh), patches.mesh);
   AssemblyOptions stopping;

@@ -314,7 +314,7 @@ TEST(Probe, InALitCubeFindsWhatPathTracingFinds) {
   const PatchMesh mesh = lit_cube(8);
   const Visibility visibility(mesh);
   const auto method = find_form_factor_method("analytic").make(visibility);
-  const FormFactorMatrix f = assemble(*method, visibility);
+  const FormFactorMatrix f = assemble(*method, visibility).matrix;
   const Solution solution = solve(*find_solver("conjugate-gradient").make(), RadiositySystem(f, mesh), mesh);
   const auto [mean, error] = floor_mean(
       [&](const Sensor& sensor) {

@@ -21,7 +21,7 @@ BandArray solved(const FormFactorMatrix& f, const PatchMesh& mesh) {
 TEST(EigenSolvers, SolveTheSparseSystem) {
   // 16 rays a patch: most pairs are not met.
   const MethodSetup setup(two_rooms(2), find_form_factor_method("hemisphere"), {.samples = 16});
-  const FormFactorMatrix f = assemble(*setup.method, setup.visibility);
+  const FormFactorMatrix f = assemble(*setup.method, setup.visibility).matrix;
   const PatchMesh& mesh = setup.mesh;
   ASSERT_TRUE(f.sparse());
   EXPECT_THROW(f.as_dense(), InputError);
@@ -39,7 +39,7 @@ TEST(EigenSolvers, SolveTheSparseSystem) {
 
 TEST(EigenSolvers, SolveTheDenseSystem) {
   const MethodSetup setup(cube_room(3), find_form_factor_method("analytic"), {});
-  const FormFactorMatrix f = assemble(*setup.method, setup.visibility);
+  const FormFactorMatrix f = assemble(*setup.method, setup.visibility).matrix;
   const PatchMesh& mesh = setup.mesh;
   ASSERT_FALSE(f.sparse());
   EXPECT_THROW(f.as_sparse(), InputError);

@@ -25,7 +25,7 @@ SolverOptions tolerance(double value) {
 }
 
 BandArray radiosity_of(const MethodSetup& setup, const SolverInfo& solver, double residual = 1e-8) {
-  const FormFactorMatrix f = assemble(*setup.method, setup.visibility);
+  const FormFactorMatrix f = assemble(*setup.method, setup.visibility).matrix;
   return solver.make()->solve(RadiositySystem(f, setup.mesh), tolerance(residual)).radiosity;
 }
 
@@ -88,7 +88,7 @@ TEST_P(EveryMethod, LightsABallAsTheSphereFormulaSays) {
   PatchMesh ball = MeshBuilder().use_material(lamp).sphere(Vec3::Zero(), 1, 2, Facing::inward).build();
   const auto in_cap = [&](Index i) { return ball.centroid(i).normalized().z() > 0.5; };
   const MethodSetup setup(ball, *GetParam());
-  const FormFactorMatrix f = assemble(*setup.method, setup.visibility);
+  const FormFactorMatrix f = assemble(*setup.method, setup.visibility).matrix;
   BandArray e(ball.patch_count(), 1);
   double q = 0;
   for (Index i = 0; i < ball.patch_count(); ++i) {
@@ -165,7 +165,7 @@ Eigen::Array3d cube_means(const FormFactors& f, const PatchMesh& mesh, double fl
 Eigen::Array3d cube_means(const FormFactorMethodInfo& method, Index n, double floor, double ceiling,
                           double walls) {
   const MethodSetup setup(cube_room(n), method);
-  return cube_means(assemble(*setup.method, setup.visibility), setup.mesh, floor, ceiling, walls);
+  return cube_means(assemble(*setup.method, setup.visibility).matrix, setup.mesh, floor, ceiling, walls);
 }
 
 TEST(ExactSolutions, AnalyticFactorsGiveTheTabulatedMeansOfACubeWithALitCeiling) {
@@ -208,7 +208,7 @@ TEST_P(EveryMethod, GivesTheMeansOfACubeButForTheNoiseOfItsSeed) {
   const Eigen::Array3d exact(0.1713732235, 1.1038446817, 0.1811955237);
   for (int run = 0; run < kRuns; ++run) {
     const auto method = GetParam()->make(setup.visibility, {.seed = static_cast<std::uint64_t>(100 + run)});
-    const FormFactorMatrix f = assemble(*method, setup.visibility);
+    const FormFactorMatrix f = assemble(*method, setup.visibility).matrix;
     const Eigen::Array3d off = cube_means(f, setup.mesh, kRho, kRho, kRho) - exact;
     sum += off;
     squares += off.square();

@@ -19,7 +19,7 @@ namespace {
 /// Area means of B, first band, by material.
 Eigen::ArrayXd means(const Scene& scene, const PatchOptions& patches, const FormFactorMethodInfo& method) {
   const MethodSetup setup(make_patches(scene, patches).mesh, method);
-  const FormFactorMatrix f = assemble(*setup.method, setup.visibility);
+  const FormFactorMatrix f = assemble(*setup.method, setup.visibility).matrix;
   const BandArray b =
       find_solver("conjugate-gradient").make()->solve(RadiositySystem(f, setup.mesh), {}).radiosity;
   Eigen::ArrayXd power = Eigen::ArrayXd::Zero(static_cast<Index>(scene.materials().size())), area = power;
@@ -145,7 +145,7 @@ TEST(Light, IsNeverNegativeHoweverEarlyTheSolverStops) {
     return materials;
   }());
   const MethodSetup setup(make_patches(one, PatchSize{3}).mesh, find_form_factor_method("hemisphere"));
-  const FormFactorMatrix f = assemble(*setup.method, setup.visibility);
+  const FormFactorMatrix f = assemble(*setup.method, setup.visibility).matrix;
   BandArray emission = BandArray::Zero(setup.size(), 1);
   for (Index i = 0; i < setup.size(); ++i)
     if (setup.mesh.material(i) == 3 && setup.mesh.centroid(i).x() < 5) emission(i, 0) = 1e4;

@@ -421,7 +421,7 @@ TEST_P(AnySolver, ScalesWithTheLamps) {
 
 TEST_P(AnySolver, ReconstructsVerticesAndEnergyWithTheSolution) {
   const MethodSetup setup(cube_room(2), find_form_factor_method("analytic"));
-  const FormFactorMatrix f = assemble(*setup.method, setup.visibility);
+  const FormFactorMatrix f = assemble(*setup.method, setup.visibility).matrix;
   const RadiositySystem system(f, setup.mesh);
   const Solution solution = radiosity::solve(*solver_, system, setup.mesh);
   EXPECT_EQ(solution.report.status, SolveStatus::converged);
@@ -434,7 +434,7 @@ TEST_P(AnySolver, NeedsNoStoredRowsWhereItSaysSo) {
   if (GetParam()->needs_stored_rows) GTEST_SKIP() << "reads F many times";
   // Exact factors, so that stored and computed rows differ by rounding to single precision only.
   const MethodSetup setup(cube_room(2), find_form_factor_method("analytic"));
-  const FormFactorMatrix stored = assemble(*setup.method, setup.visibility);
+  const FormFactorMatrix stored = assemble(*setup.method, setup.visibility).matrix;
   const RowsOnDemand on_demand(*setup.method, setup.visibility);
   const Index n = setup.size();
   BandArray e = BandArray::Zero(n, 1);

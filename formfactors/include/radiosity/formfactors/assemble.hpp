@@ -18,7 +18,7 @@ struct PairRows;
 struct AssemblyOptions {
   bool close = true;  ///< restore reciprocity and closure of methods that are not exact
   std::size_t memory_limit_bytes =
-      0;  ///< of F; 0: none. Exceeding it throws InputError before it is allocated.
+      0;  ///< of F; 0: none. Exceeding it throws MemoryLimitError before it is allocated.
   Progress progress = {};
   /// Of an earlier assembly of the same mesh by the same method: its pairs are taken as they are, and no others are computed.
   std::shared_ptr<const PairRows> pair_rows = {};
@@ -56,6 +56,11 @@ struct AssemblyReport {
   double unrestored() const { return closed_rows ? after.closure_error_mean : 0; }
 };
 
+struct AssembledFormFactors {
+  FormFactorMatrix matrix;
+  AssemblyReport report;
+};
+
 /// Bytes that assembling F of `patches` rows of at most `entries` entries may take for certain: rows, their transpose and the
 /// symmetric union of both stand in memory at the same time, 8 bytes an entry.
 double assembly_bytes(double patches, double entries);
@@ -71,10 +76,11 @@ double assembly_bytes(double patches, double entries);
 /// inverse variance and scaled,
 ///   S_ij = (F_ij + F_ji) / (1/A_i + 1/A_j),
 ///   S ← D S D   with D diagonal such that Σ_j S_ij = A_i (1 − escaped_i),
-/// a symmetric Sinkhorn scaling [Knight2008] that keeps zeros and signs; what remains goes to the matrix's
-/// diagonal. Rows that would need more than tolerance::kMostScaling contradict others and are left out of it. Rows of a method that cannot tell what escapes are scaled in closed scenes only.
-FormFactorMatrix assemble(const FormFactorMethod& method, const Visibility& visibility,
-                          const AssemblyOptions& options = {}, AssemblyReport* report = nullptr);
+/// a symmetric scaling [Knight2008] that keeps zeros and signs; what remains goes to the matrix's diagonal. Rows that would need more
+/// than tolerance::kMostScaling contradict others and are left out of it. Rows of a method that cannot tell what escapes are scaled
+/// in closed scenes only. Throws MemoryLimitError where the limit may not suffice, InputError where a factor is no share of light.
+AssembledFormFactors assemble(const FormFactorMethod& method, const Visibility& visibility,
+                              const AssemblyOptions& options = {});
 
 /// F that is never stored: each row is computed when a solver asks for it, as the method makes it, but the rows
 /// of lamps pair by pair as in `assemble`. Reciprocity and closure cannot be restored row by row: what a row

@@ -10,19 +10,19 @@
 
 namespace radiosity {
 
-/// Row i of F: the form factors F_ij from patch i. Where `columns` is empty the row is dense and values[j] =
-/// F_ij; otherwise values[k] = F_ij with j = columns[k], columns ascending. `diagonal` is added to F_ii: see
-/// FormFactorMatrix.
+/// Row i of F: the form factors F_ij from patch i. `diagonal` is added to F_ii: see FormFactorMatrix.
 struct FormFactorRow {
-  std::span<const Index> columns;
-  std::span<const float> values;
+  std::span<const Index> columns;  ///< ascending; none where the row is dense
+  std::span<const float> values;   ///< F_ij of j = columns[k], or of j = k where the row is dense
   double diagonal = 0;
+
+  bool dense() const { return columns.empty() && !values.empty(); }
 };
 
 /// Calls f(j, F_ij) for every stored entry of the row, the diagonal remainder not included.
 template <class F>
 void for_each_entry(const FormFactorRow& row, F&& f) {
-  if (row.columns.empty()) {
+  if (row.dense()) {
     for (std::size_t j = 0; j < row.values.size(); ++j) f(static_cast<Index>(j), row.values[j]);
   } else {
     for (std::size_t k = 0; k < row.values.size(); ++k) f(row.columns[k], row.values[k]);

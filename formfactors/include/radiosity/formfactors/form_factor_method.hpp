@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -19,6 +20,10 @@ struct FormFactorOptions {
   Index samples = 0;
   Index resolution = 0;    ///< cells along an edge of the hemicube's top; 0: the default
   std::uint64_t seed = 1;  ///< of the streams of random numbers, one stream per patch
+
+  /// Of options in force, and of a method's defaults: whether the method has a use for them.
+  bool has_samples() const { return samples > 0; }
+  bool has_resolution() const { return resolution > 0; }
 };
 
 /// What a method that looks at pairs found out about them, each pair once or, where rows are asked for whole, twice.
@@ -38,10 +43,10 @@ class FormFactorMethod {
   virtual ~FormFactorMethod() = default;
 
   /// Receives one row: F_ij for j = columns[k], ascending, zeros left out, and what the method saw leave
-  /// through open sides or end on the backs of patches. A method that cannot tell (it looks at pairs, not at
-  /// directions) passes escaped < 0. Called once per row asked for, from the thread that asked.
+  /// through open sides or end on the backs of patches, absent where it cannot tell (it looks at pairs, not at
+  /// directions). Called once per row asked for, from the thread that asked.
   using Sink = std::function<void(Index row, std::span<const Index> columns, std::span<const double> values,
-                                  double escaped)>;
+                                  std::optional<double> escaped)>;
 
   /// Fills rows [first, last). Where `upper` is set, only entries with column > row are wanted: the others
   /// follow by reciprocity (only for methods that are `reciprocal`). Thread-safe; the answer for a row
@@ -54,14 +59,14 @@ class FormFactorMethod {
   /// The entries are exact up to rounding for this mesh; closing their rows would only blur them.
   virtual bool exact() const = 0;
 
-  /// What is in force: what was asked for, rounded to what the method can do; 0 for what it has no use for.
+  /// What is in force: what was asked for, rounded to what the method can do; see FormFactorOptions::has_samples.
   virtual FormFactorOptions options() const = 0;
 
   /// No row has more entries than this; known before any row is computed, so that memory can be planned.
   virtual Index max_entries_per_row() const = 0;
 
-  /// The share of the hemisphere that one ray or one cell answers for at most; 0 where the method looks at pairs.
-  virtual double direction_share() const { return 0; }
+  /// The share of the hemisphere that one ray or one cell answers for at most; absent where the method looks at pairs.
+  virtual std::optional<double> direction_share() const { return std::nullopt; }
 
   /// Rays cast so far.
   virtual std::uint64_t rays() const { return 0; }
@@ -75,7 +80,7 @@ struct FormFactorMethodInfo {
   std::string_view name;
   std::string_view summary;    ///< one line for --help
   std::string_view citation;   ///< keys of references.bib
-  FormFactorOptions defaults;  ///< of what trades its speed for accuracy; 0 for what it has no use for
+  FormFactorOptions defaults;  ///< of what trades its speed for accuracy
   std::unique_ptr<FormFactorMethod> (*factory)(const Visibility& visibility,
                                                const FormFactorOptions& options);
 

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "pairwise.hpp"
+#include "radiosity/formfactors/assemble.hpp"
+#include "rounded_down.hpp"
+#include "row_list.hpp"
+
+/// The steps of `assemble`, in their order; a file each.
+namespace radiosity {
+
+// 1. compute_rows.cpp
+
+inline constexpr Index kRowsPerTask = 16;
+
+struct ComputedRows {
+  RowList rows;
+  std::optional<Eigen::ArrayXd> escaped;  ///< as the method saw it; absent where it cannot tell
+  bool completed = true;                  ///< false: `progress` asked to stop, rows not reached are empty
+};
+/// F as the method gives it; of a reciprocal one half is computed. Throws InputError on what is not a share of light.
+ComputedRows compute_rows(const FormFactorMethod& method, const Eigen::ArrayXd& areas,
+                          const Progress& progress);
+
+// 2. replace_pairs.cpp
+
+struct PairRows {
+  std::vector<Index> patches, misjudged;  ///< as in PairwisePatches
+  Index lamps = 0;
+  RowList rows, columns;  ///< of each of `patches`: what it sends to all, and what all send to it
+};
+/// Null where `progress`, which is told that all rows are there, asked to stop.
+std::shared_ptr<const PairRows> compute_pairs(const PairwisePatches& chosen, const Eigen::ArrayXd& areas,
+                                              const Progress& progress);
+
+/// Patches whose rows and columns are computed pair by pair.
+struct ReplacedRows {
+  explicit ReplacedRows(Index n, std::vector<Index> replaced = {});
+  bool has(Index i) const { return is[at(i)] != 0; }
+
+  std::vector<Index> patches;    ///< ascending
+  std::vector<std::uint8_t> is;  ///< of all patches
+};
+ReplacedRows replace_by_pairs(RowList& rows, const PairRows& pairs);
+
+// 3. symmetrise.cpp
+
+/// What two entries that should be A_i F_ij = A_j F_ji differ by, as a share of what leaves i.
+double reciprocity_error(double f_ij, double f_ji, double a_i, double a_j);
+FormFactorQuality quality_of(const Eigen::ArrayXd& sums, const Eigen::ArrayXd& target,
+                             const Eigen::ArrayXd& reciprocity, const Eigen::ArrayXd& areas);
+/// Takes out what should exchange nothing: no scaling reaches such a sum.
+void drop_isolated(RowList& rows, const Eigen::ArrayXd& target);
+/// Measures F and, where `symmetrise` is set, turns it into S, S_ij = A_i F_ij, the same bits on both sides of the diagonal. Two
+/// estimates of the same A_i F_ij, one from either end: the one from i, of K samples, has a variance in proportion to A_i; weighted
+/// by inverse variance,   S_ij = (F_ij + F_ji) / (1/A_i + 1/A_j).
+FormFactorQuality measure(RowList& rows, const Eigen::ArrayXd& target, const Eigen::ArrayXd& areas,
+                          bool symmetrise);
+
+// 4. close_rows.cpp
+
+/// How S is scaled:
+///   S_ij ← d_i d_j min(s_i, s_j) S_ij   between sampled patches,
+///   S_ij ← c_i c_j min(s_i, s_j) S_ij   where one was computed pair by pair: such entries are right as they are, up to a factor of
+/// the whole row; c = 1 for sampled patches. s_i ≤ 1 holds back rows that would otherwise pass their target.
+struct RowScaling {
+  Eigen::ArrayXd d, s, c;
+  ReplacedRows replaced;
+  double operator()(Index i, Index j) const {
+    const bool sampled = (replaced.is[at(i)] | replaced.is[at(j)]) == 0;
+    return (sampled ? d[i] * d[j] : c[i] * c[j]) * std::min(s[i], s[j]);
+  }
+};
+/// The one that brings the row sums of S to A_i target_i, where rows agree on what they exchange.
+RowScaling scaling_to_row_sums(const RowList& symmetric, const Eigen::ArrayXd& target,
+                               const Eigen::ArrayXd& areas, ReplacedRows replaced);
+/// None, but for what holds back rows that sum to more than 1.
+RowScaling scaling_to_at_most_one(const Eigen::ArrayXd& row_sums, ReplacedRows replaced);
+
+// 5. pack_rows.cpp
+
+struct PackedRows {
+  FormFactorMatrix::Rows rows;  ///< without what escapes, and the diagonal
+  Eigen::ArrayXd sums;
+  FormFactorQuality quality;
+};
+/// Of F as it is; the rows are used up.
+PackedRows pack(RowList& rows, const Eigen::ArrayXd& target, const Eigen::ArrayXd& areas);
+/// Of F_ij = S_ij scaling(i, j) / A_i; the rows of S are used up.
+PackedRows pack_scaled(RowList& symmetric, const RowScaling& scaling, const Eigen::ArrayXd& target,
+                       const Eigen::ArrayXd& areas);
+
+}  // namespace radiosity

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <cmath>
+
+#include "assembly_steps.hpp"
+
+namespace radiosity {
+
+double reciprocity_error(double f_ij, double f_ji, double a_i, double a_j) {
+  return std::abs(f_ij * a_i - f_ji * a_j) / (2 * a_i);
+}
+
+FormFactorQuality quality_of(const Eigen::ArrayXd& sums, const Eigen::ArrayXd& target,
+                             const Eigen::ArrayXd& reciprocity, const Eigen::ArrayXd& areas) {
+  if (areas.size() == 0) return {};
+  const Eigen::ArrayXd closure = (sums - target).abs();
+  const double total = areas.sum();
+  return {closure.maxCoeff(), (closure * areas).sum() / total, reciprocity.maxCoeff(),
+          (reciprocity * areas).sum() / total};
+}
+
+void drop_isolated(RowList& rows, const Eigen::ArrayXd& target) {
+  for_each_row(static_cast<Index>(rows.size()), [&](Index i) {
+    if (target[i] == 0)
+      rows[at(i)].clear();
+    else
+      std::erase_if(rows[at(i)], [&](const Entry& e) { return target[e.column] == 0; });
+  });
+}
+
+FormFactorQuality measure(RowList& rows, const Eigen::ArrayXd& target, const Eigen::ArrayXd& areas,
+                          bool symmetrise) {
+  RowList t = transpose(rows, rows.size());
+  Eigen::ArrayXd sums(areas.size()), reciprocity(areas.size());
+  for_each_row(static_cast<Index>(rows.size()), [&](Index i) {
+    Row& row = rows[at(i)];
+    Row symmetric;
+    if (symmetrise) symmetric.reserve(row.size() + t[at(i)].size());
+    sums[i] = sum(row);
+    double error = 0;
+    merge(row, t[at(i)], [&](Index j, double f_ij, double f_ji) {
+      error += reciprocity_error(f_ij, f_ji, areas[i], areas[j]);
+      if (symmetrise)
+        symmetric.push_back(
+            {j, static_cast<float>((f_ij + f_ji) * (areas[i] * areas[j] / (areas[i] + areas[j])))});
+    });
+    reciprocity[i] = error;
+    if (symmetrise) row = Row(symmetric.begin(), symmetric.end());
+    t[at(i)] = {};
+  });
+  return quality_of(sums, target, reciprocity, areas);
+}
+
+}  // namespace radiosity
