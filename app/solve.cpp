@@ -55,7 +55,7 @@ int run_solve(const Options& options) {
     return all.leftCols(all.cols() / static_cast<Eigen::Index>(loaded.setups.size() + 1));
   };
   const bool wants_series = !options.series_file.empty();
-  Steps steps(!find_solver(settings.solver ? *settings.solver : kDefaultSolver).needs_stored_rows);
+  Steps steps(!find_solver(settings.solver ? *settings.solver : kDefaultSolver).gathers);
   std::function<void(Index, const BandArray&)> step;
   if (wants_series)
     step = [&](Index iteration, const BandArray& radiosity) { steps.add(iteration, shown(radiosity)); };

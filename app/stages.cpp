@@ -286,7 +286,7 @@ void Telling::form_factors(const SolvedScene& scene) {
 void Telling::solution(const SolvedScene& scene) {
   const SolveReport& report = scene.solution.report;
   job_.console.line("solver", "{}: {} {}, residual {:.2g}, tolerance {:.2g}", scene.solver, report.iterations,
-                    find_solver(scene.solver).needs_stored_rows ? "iterations" : "shots", report.residual,
+                    find_solver(scene.solver).gathers ? "iterations" : "shots", report.residual,
                     scene.solver_options.tolerance);
   if (!scene.converged()) job_.console.line("not converged", "{}", report.message);
   if (report.condition.size() > 0 && report.condition.isFinite().all())

@@ -84,7 +84,7 @@ class Comparison {
     constexpr std::array kAccuracies{1e-3, 1e-6, 1e-10};
     // A first run tells how many steps each accuracy takes, a second one how long they take.
     std::array<std::optional<Index>, 3> steps;
-    const bool shooting = !info.needs_stored_rows;
+    const bool shooting = !info.gathers;
     const double steps_per_pass = shooting ? mesh_.patch_count() : 1;
     SolverOptions options;
     options.tolerance = 1e-13;
@@ -134,7 +134,7 @@ void bandwidth(Index n) {
   for (const Index bands : {1, 2, 3, 4, 6, 8, 16, 64}) {
     const BandArray x = BandArray::Constant(n, bands, 0.5);
     BandArray y;
-    const double seconds = fastest(5, [&] { f.multiply(x, y); });
+    const double seconds = fastest(5, [&] { f.apply(x, y); });
     const double rate = static_cast<double>(f.bytes()) / seconds / 1e9;
     if (bands == 1) one = rate;
     fmt::print("| {} | {:.1f} | {:.0f} % |\n", bands, rate, 100 * rate / one);

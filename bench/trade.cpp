@@ -168,7 +168,7 @@ void print_shooting(const Comparison& all) {
                  static_cast<double>(f.bytes()) / 1e6);
     }
     for (const SolverInfo& solver : solvers()) {
-      if (solver.needs_stored_rows) continue;
+      if (solver.gathers) continue;
       const double start = now();
       const auto method = info.make(visibility);
       const RowsOnDemand f(*method, visibility);

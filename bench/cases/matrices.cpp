@@ -9,7 +9,7 @@
 
 namespace radiosity::test {
 
-Eigen::MatrixXd as_dense(const FormFactors& f) {
+Eigen::MatrixXd as_dense(const FormFactorRows& f) {
   Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(f.size(), f.size());
   RowBuffer buffer;
   for (Index i = 0; i < f.size(); ++i) {

@@ -13,7 +13,7 @@ namespace radiosity::test {
 
 /// F as a plain matrix, in the precision in which it is stored, the diagonal remainder included: what a
 /// solver that does everything right works with.
-Eigen::MatrixXd as_dense(const FormFactors& f);
+Eigen::MatrixXd as_dense(const FormFactorRows& f);
 
 /// Rows of a method as it gives them.
 struct RawRows {

@@ -33,6 +33,7 @@ FormFactorMatrix aggregate(const FormFactorMatrix& f, const Eigen::ArrayXd& area
   for (std::size_t i = 0; i < n; ++i)
     members[static_cast<std::size_t>(coarsening.parent[i])].push_back(static_cast<Index>(i));
 
+  const Eigen::ArrayXd escaped_of = f.escaped();
   std::vector<Row> rows(count);
   FormFactorMatrix::Rows out;
   out.n = coarsening.count;
@@ -55,7 +56,7 @@ FormFactorMatrix aggregate(const FormFactorMatrix& f, const Eigen::ArrayXd& area
           sum += areas[i] * static_cast<double>(f_ij);
         });
         diagonal += areas[i] * row.diagonal;
-        escaped += areas[i] * f.escaped(i);
+        escaped += areas[i] * escaped_of[i];
       }
       std::sort(met.begin(), met.end());
       Row& row = rows[g];

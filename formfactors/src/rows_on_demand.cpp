@@ -35,6 +35,11 @@ RowsOnDemand::RowsOnDemand(const FormFactorMethod& method, const Visibility& vis
 
 RowsOnDemand::~RowsOnDemand() = default;
 
+Eigen::ArrayXd RowsOnDemand::escaped() const {
+  return Eigen::ArrayXd::NullaryExpr(
+      n_, [&](Eigen::Index i) { return escaped_[static_cast<std::size_t>(i)].load(); });
+}
+
 FormFactorRow RowsOnDemand::row(Index i, RowBuffer& buffer) const {
   double sum = 0;
   const auto fill = [&](const FormFactorMethod& method) {

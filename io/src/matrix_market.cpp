@@ -12,7 +12,7 @@
 
 namespace radiosity {
 
-void write_matrix_market(const std::filesystem::path& file, const FormFactors& form_factors,
+void write_matrix_market(const std::filesystem::path& file, const FormFactorRows& form_factors,
                          const std::string& comment) {
   write_atomically(file, [&](const std::filesystem::path& temporary) {
     std::ofstream out(temporary, std::ios::binary);

@@ -123,7 +123,7 @@ SolverOptions solver_options(const SceneSettings& settings, const SolverInfo& in
   if (options.relaxation != 1 && !info.make()->relaxes())
     throw InputError(fmt::format("relaxation {} has no effect with solver {}; it belongs to gauss-seidel",
                                  options.relaxation, info.name));
-  if (options.ambient && info.needs_stored_rows)
+  if (options.ambient && info.gathers)
     throw InputError(fmt::format("ambient has no effect with solver {}; it belongs to shooting", info.name));
   return options;
 }
@@ -209,7 +209,7 @@ SolvedScene solve_once(const SceneToSolve& task, const SceneSettings& settings, 
   out.solver_options = options;
 
   // Closing rows needs all of them, so a request to leave them open stores them too.
-  const bool stored = info.needs_stored_rows || !task.options.close;
+  const bool stored = info.gathers || !task.options.close;
   std::unique_ptr<const FormFactorMatrix> matrix;
   std::unique_ptr<const RowsOnDemand> rows;
   if (stored) {
@@ -224,7 +224,7 @@ SolvedScene solve_once(const SceneToSolve& task, const SceneSettings& settings, 
   Stopwatch watch;
   const std::unique_ptr<Solver> solver = info.make();
   {
-    const RadiositySystem system(stored ? static_cast<const FormFactors&>(*matrix) : *rows, mesh);
+    const RadiositySystem system(stored ? static_cast<const FormFactorRows&>(*matrix) : *rows, mesh);
     if (task.options.step)
       options.step = [&](Index iteration, double, const BandArray& radiosity) {
         task.options.step(iteration, radiosity);
@@ -244,7 +244,7 @@ SolvedScene solve_once(const SceneToSolve& task, const SceneSettings& settings, 
         static_cast<std::uint64_t>(bands_left_out) * static_cast<std::uint64_t>(1 + task.setups.size());
     Modelled::Saved& saved = out.modelled.saved;
     saved.radiosity_bytes = sizeof(double) * bands * static_cast<std::uint64_t>(mesh.patch_count());
-    if (info.needs_stored_rows)  // a shot reads a row, not F
+    if (info.gathers)  // a shot reads a row, not F
       saved.band_products = bands * static_cast<std::uint64_t>(out.solution.report.iterations);
   }
   prepared.ended(SolveStage::solve);
@@ -269,7 +269,7 @@ SolvedScene solve_with_accuracy(const SceneToSolve& task, const SceneSettings& s
   const double accuracy = *task.options.accuracy;
   if (!(accuracy > 0)) throw InputError(fmt::format("accuracy: {} is not positive", accuracy));
   const SolverInfo& solver = chosen_solver(settings);
-  if (!solver.needs_stored_rows)
+  if (!solver.gathers)
     throw InputError(fmt::format(
         "an accuracy needs an error estimate, and so form factors that are stored; {} does not store them",
         solver.name));

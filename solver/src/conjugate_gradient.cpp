@@ -74,7 +74,7 @@ class ConjugateGradient final : public Solver {
     };
     const auto gather = [&](const BandArray& x) -> BandArray {
       BandArray y;
-      system.form_factors().multiply(x, y);
+      system.form_factors().apply(x, y);
       return y;
     };
     // ρ s, and Σ A s per component.

@@ -19,7 +19,7 @@ class GaussSeidel final : public Solver {
     Bands gathered(system.bands());
     do {
       for (Index i = 0; i < system.size(); ++i) {
-        const FormFactorRow row = system.form_factors().row(i, buffer);
+        const FormFactorRow row = system.rows()->row(i, buffer);
         gathered.setZero();
         double own = row.diagonal;
         for_each_entry(row, [&](Index j, float f) {
@@ -36,6 +36,7 @@ class GaussSeidel final : public Solver {
     } while (step(power_share(system, change)));
   }
   bool relaxes() const override { return true; }
+  bool reads_rows() const override { return true; }
   Index default_max_iterations(Index) const override { return 10000; }
 };
 

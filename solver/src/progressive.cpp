@@ -87,8 +87,8 @@ class Progressive final : public Solver {
       std::partial_sort(
           order.begin(), order.begin() + static_cast<std::ptrdiff_t>(block), order.end(),
           [&](Index a, Index b) { return strength[a] != strength[b] ? strength[a] > strength[b] : a < b; });
-      const auto fetch = [&](std::size_t k) { rows[k] = system.form_factors().row(order[k], buffers[k]); };
-      if (system.form_factors().stored()) {  // a look-up: threads would cost more than they save
+      const auto fetch = [&](std::size_t k) { rows[k] = system.rows()->row(order[k], buffers[k]); };
+      if (!system.on_demand()) {  // a look-up: threads would cost more than they save
         for (std::size_t k = 0; k < block; ++k) fetch(k);
       } else {
         tbb::parallel_for(std::size_t{0}, block, fetch);
@@ -122,6 +122,7 @@ class Progressive final : public Solver {
       }
     }
   }
+  bool reads_rows() const override { return true; }
   // F_ji is read as F_ij A_i/A_j, which holds to single precision.
   double rounding() const override { return std::numeric_limits<float>::epsilon(); }
   Index default_max_iterations(Index patches) const override {

@@ -15,15 +15,14 @@ namespace {
 
 // The number of each patch's component; the numbers follow the least patch of each. A connected room is known to be one after
 // a few rows.
-std::vector<Index> connected(const FormFactors& f) {
-  const Index n = f.size();
+std::vector<Index> connected(const FormFactorRows* f, Index n) {
   std::vector<Index> component(static_cast<std::size_t>(n), 0);
-  if (!f.stored()) return component;
+  if (f == nullptr || !f->stored()) return component;
   DisjointSets sets(static_cast<std::size_t>(n));
   RowBuffer buffer;
   Index left = n;
   for (Index i = 0; i < n && left > 1; ++i)
-    for_each_entry(f.row(i, buffer), [&](Index j, float value) {
+    for_each_entry(f->row(i, buffer), [&](Index j, float value) {
       if (value > 0 && sets.root(i) != sets.root(j)) {
         sets.unite(i, j);
         --left;
@@ -39,30 +38,32 @@ std::vector<Index> connected(const FormFactors& f) {
 
 }  // namespace
 
-RadiositySystem::RadiositySystem(const FormFactors& form_factors, Eigen::ArrayXd areas, BandArray reflectance,
-                                 BandArray emission, BandArray absorptance)
+RadiositySystem::RadiositySystem(const FormFactorOperator& form_factors, Eigen::ArrayXd areas,
+                                 BandArray reflectance, BandArray emission, BandArray absorptance)
     : form_factors_(&form_factors),
+      rows_(dynamic_cast<const FormFactorRows*>(&form_factors)),
       areas_(std::move(areas)),
       reflectance_(std::move(reflectance)),
       emission_(std::move(emission)),
       absorptance_(std::move(absorptance)),
-      escaped_(Eigen::ArrayXd::Zero(form_factors.size())) {
+      escaped_(Eigen::ArrayXd::Zero(form_factors.rows())) {
   validate();
-  if (form_factors.stored())
-    for (Index i = 0; i < size(); ++i) escaped_[i] = form_factors.escaped(i);
-  component_ = std::make_shared<const std::vector<Index>>(connected(form_factors));
+  if (!on_demand()) escaped_ = form_factors.escaped();
+  component_ = std::make_shared<const std::vector<Index>>(connected(rows_, size()));
   for (const Index c : *component_) components_ = std::max(components_, c + 1);
 }
 
-RadiositySystem::RadiositySystem(const FormFactors& form_factors, Eigen::ArrayXd areas, BandArray reflectance,
-                                 BandArray emission)
+RadiositySystem::RadiositySystem(const FormFactorOperator& form_factors, Eigen::ArrayXd areas,
+                                 BandArray reflectance, BandArray emission)
     : RadiositySystem(form_factors, std::move(areas), reflectance, std::move(emission), 1 - reflectance) {}
 
-RadiositySystem::RadiositySystem(const FormFactors& form_factors, const PatchMesh& mesh)
+RadiositySystem::RadiositySystem(const FormFactorOperator& form_factors, const PatchMesh& mesh)
     : RadiositySystem(form_factors, mesh.areas(), mesh.reflectance(), mesh.emission(), mesh.absorptance()) {}
 
 void RadiositySystem::validate() const {
-  const Index n = form_factors_->size();
+  const Index n = size();
+  if (form_factors_->columns() != n)
+    throw InputError(fmt::format("radiosity system: F is {} × {}, not square", n, form_factors_->columns()));
   const auto fits = [&](const BandArray& x) { return x.rows() == n && x.cols() == bands(); };
   if (areas_.size() != n || bands() == 0 || !fits(reflectance_) || !fits(emission_) || !fits(absorptance_)) {
     throw InputError(fmt::format(
@@ -139,8 +140,8 @@ BandArray RadiositySystem::source() const {
 
 BandArray RadiositySystem::irradiance(const BandArray& radiosity) const {
   BandArray h;
-  if (form_factors_->stored()) {
-    form_factors_->multiply(radiosity, h);
+  if (!on_demand()) {
+    form_factors_->apply(radiosity, h);
     if (external_irradiance_.size() > 0) h += external_irradiance_;
     return h;
   }
@@ -153,7 +154,7 @@ BandArray RadiositySystem::irradiance(const BandArray& radiosity) const {
         h.row(i) = (radiosity.row(i) - emission_.row(i)) / reflectance_.row(i);
         continue;
       }
-      const FormFactorRow row = form_factors_->row(i, buffer);
+      const FormFactorRow row = rows_->row(i, buffer);
       h.row(i) = row.diagonal * radiosity.row(i);
       if (external_irradiance_.size() > 0) h.row(i) += external_irradiance_.row(i);
       for_each_entry(row, [&](Index j, float f) { h.row(i) += static_cast<double>(f) * radiosity.row(j); });

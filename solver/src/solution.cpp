@@ -14,8 +14,8 @@ EnergyBalance energy_balance(const RadiositySystem& system, const BandArray& rad
   const auto power = [&](const BandArray& exitance) -> BandValues {
     return (exitance.colwise() * system.areas()).colwise().sum().transpose();
   };
-  Eigen::ArrayXd escaped(system.size());
-  for (Index i = 0; i < system.size(); ++i) escaped[i] = system.form_factors().escaped(i);
+  // Of rows on demand it is known only now.
+  const Eigen::ArrayXd escaped = system.on_demand() ? system.form_factors().escaped() : system.escaped();
   EnergyBalance energy;
   energy.emitted_w = power(system.emission());
   energy.absorbed_w = power(system.absorptance() * irradiance);

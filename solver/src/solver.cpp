@@ -54,7 +54,7 @@ std::string where(const RadiositySystem& system, Index component) {
 
 // A component in which nothing absorbs and nothing escapes has no solution when it emits, and no unique one when it does not.
 void require_sink(const RadiositySystem& system, const MeanLoss& loss) {
-  if (!system.form_factors().stored()) return;
+  if (system.on_demand()) return;
   const BandArray emitted = system.sums(system.source());
   for (Index c = 0; c < system.components(); ++c)
     for (Index b = 0; b < system.bands(); ++b) {
@@ -197,7 +197,7 @@ BandArray residual(const RadiositySystem& system, const BandArray& radiosity) {
   const BandArray mean = system.spread(system.sums(area * radiosity) / system.sums(area));
   const BandArray w = radiosity - mean;
   BandArray gathered;
-  system.form_factors().multiply(w, gathered);
+  system.form_factors().apply(w, gathered);
   const BandArray loss = system.absorptance() + system.reflectance().colwise() * system.escaped();
   return system.emission() - loss * mean - (w - system.reflectance() * gathered);
 }
@@ -217,13 +217,18 @@ SolveResult Solver::solve(const RadiositySystem& given, const SolverOptions& opt
     throw InputError(fmt::format("relaxation: {}, but only Gauss–Seidel takes steps of a chosen length",
                                  options.relaxation));
   }
+  if (reads_rows() && given.rows() == nullptr)
+    throw InputError(
+        "this solver reads single rows of F, but F is an operator that can only be applied: take a solver "
+        "that "
+        "needs no more, such as conjugate-gradient, or derive F from FormFactorRows");
 
   SolveResult result;
   SolveReport& report = result.report;
   result.radiosity = given.source();
-  const bool stored = given.form_factors().stored();
-  report.error_bound = BandArray::Constant(1, given.bands(), stored ? 0 : kNan);
-  report.condition = BandArray::Constant(1, given.bands(), stored ? 1 : kNan);
+  const bool cheap = !given.on_demand();  // F may be applied once more
+  report.error_bound = BandArray::Constant(1, given.bands(), cheap ? 0 : kNan);
+  report.condition = BandArray::Constant(1, given.bands(), cheap ? 1 : kNan);
   const DistinctBands bands(given);
   const MeanLoss loss(given);
   require_sink(given, loss);
@@ -265,10 +270,10 @@ SolveResult Solver::solve(const RadiositySystem& given, const SolverOptions& opt
     }
     return false;
   });
-  if (stored && (state.radiosity < 0).any()) {
+  if (cheap && (state.radiosity < 0).any()) {
     // No light is negative, B ≥ E. A gathering step from the nearest B of which that holds ends at another, as F ≥ 0 and ρ ≥ 0.
     BandArray gathered;
-    system.form_factors().multiply(state.radiosity.max(system.emission()), gathered);
+    system.form_factors().apply(state.radiosity.max(system.emission()), gathered);
     state.radiosity = system.emission() + system.reflectance() * gathered;
   }
   bands.restore(scaling.apply(state.radiosity, 1), result.radiosity);
@@ -277,7 +282,7 @@ SolveResult Solver::solve(const RadiositySystem& given, const SolverOptions& opt
         "the radiosity exceeds what a double holds, {:.2g} W/m²: scale the emission, B is proportional to it",
         std::numeric_limits<double>::max()));
   }
-  if (stored) {
+  if (cheap) {
     const BandArray r = residual(system, state.radiosity);
     report.residual = power_share(system, r);
     const double left = power_share(system, rounding() * state.radiosity);

@@ -28,7 +28,7 @@ TEST(Aggregate, OfExactFactorsIsExact) {
         aggregate(factors(fine.mesh, "analytic"), fine.mesh.areas(), fine.coarsening);
     ASSERT_EQ(joined.size(), mesh.patch_count());
     for (Index i = 0; i < mesh.patch_count(); ++i) {
-      EXPECT_NEAR(joined.escaped(i), whole.escaped(i), 1e-7);
+      EXPECT_NEAR(joined.escaped()[i], whole.escaped()[i], 1e-7);
       for (Index j = 0; j < mesh.patch_count(); ++j)
         EXPECT_NEAR(joined(i, j), whole(i, j), 2e-7) << i << ", " << j;
     }
@@ -47,7 +47,7 @@ TEST(Aggregate, KeepsClosureAndReciprocityOfSampledFactors) {
         4;  // of four each
     const Eigen::ArrayXd diagonal = joined.diagonal();
     for (Index i = 0; i < joined.size(); ++i) {
-      double sum = diagonal[i] + joined.escaped(i);
+      double sum = diagonal[i] + joined.escaped()[i];
       for (Index j = 0; j < joined.size(); ++j) {
         sum += joined(i, j);
         EXPECT_NEAR(areas[i] * joined(i, j), areas[j] * joined(j, i), 1e-7 * areas[i]);

@@ -41,7 +41,7 @@ AssemblyOptions unclosed() {
 double largest_closure_error(const Assembled& a) {
   double largest = 0;
   for (Index i = 0; i < a.matrix.size(); ++i)
-    largest = std::max(largest, std::abs(a.f.row(i).sum() - (1 - a.matrix.escaped(i))));
+    largest = std::max(largest, std::abs(a.f.row(i).sum() - (1 - a.matrix.escaped()[i])));
   return largest;
 }
 
@@ -161,12 +161,12 @@ TEST_P(Assembly, KeepsWhatEscapesFromOpenScenes) {
   EXPECT_LT(reciprocity_error(a.f, setup.mesh.areas()), 1e-6);
   double mean = 0;
   for (Index i = 0; i < setup.size(); ++i)
-    mean += setup.mesh.area(i) * a.matrix.escaped(i) / setup.mesh.areas().sum();
+    mean += setup.mesh.area(i) * a.matrix.escaped()[i] / setup.mesh.areas().sum();
   EXPECT_NEAR(a.report.escaped_mean, mean, 1e-6);
   // The middle of the lower square: 1 − Σ_j F_ij by brute force, to five standard errors of 1024 rays.
   double exact = 0;
   for (Index j = 0; j < setup.size(); ++j) exact += brute_force_form_factor(setup.mesh, 4, j, 1e-5);
-  EXPECT_NEAR(1 - a.matrix.escaped(4), exact, 5 * std::sqrt(0.25 / 1024));
+  EXPECT_NEAR(1 - a.matrix.escaped()[4], exact, 5 * std::sqrt(0.25 / 1024));
 }
 
 TEST_P(Assembly, LeavesExactFactorsAlone) {
@@ -227,7 +227,7 @@ TEST_P(Assembly, ReportsProgressOnTheCallingThreadWhichMayUseTheToolkit) {
   AssemblyOptions options;
   options.progress = [&](double) {
     threads.insert(std::this_thread::get_id());
-    before.matrix.multiply(b, gathered);
+    before.matrix.apply(b, gathered);
     return true;
   };
   const ThreadLimit several(8);
@@ -310,8 +310,8 @@ TEST_P(Assembly, GivesRowsOnDemandThatAreTheStoredOnesUnclosed) {
     EXPECT_FALSE(on_demand.stored());
     const Eigen::MatrixXd f = as_dense(on_demand);
     for (Index i = 0; i < setup.size(); ++i) {
-      EXPECT_NEAR(f.row(i).sum(), 1 - on_demand.escaped(i), 1e-6) << "row " << i;
-      EXPECT_NEAR(on_demand.escaped(i), stored.matrix.escaped(i), 1e-6) << "row " << i;
+      EXPECT_NEAR(f.row(i).sum(), 1 - on_demand.escaped()[i], 1e-6) << "row " << i;
+      EXPECT_NEAR(on_demand.escaped()[i], stored.matrix.escaped()[i], 1e-6) << "row " << i;
       EXPECT_LT((f.row(i) - stored.f.row(i)).cwiseAbs().maxCoeff(), 1e-6) << "row " << i;
     }
   }
@@ -342,7 +342,7 @@ TEST_P(Assembly, ReportsPatchesThatSeeNothing) {
   const Assembled a = assembled(setup);
   EXPECT_EQ(a.report.isolated_patches, 3);
   EXPECT_EQ(a.f.cwiseAbs().maxCoeff(), 0);
-  EXPECT_DOUBLE_EQ(a.matrix.escaped(0), 1);
+  EXPECT_DOUBLE_EQ(a.matrix.escaped()[0], 1);
 }
 
 /// Rows as given, that claim to be sampled.

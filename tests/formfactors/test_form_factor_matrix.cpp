@@ -35,8 +35,8 @@ TEST(FormFactorMatrix, ReadsTheSameFromDenseAndFromSparseStorage) {
   EXPECT_EQ(sparse.nonzeros(), 4u);
   EXPECT_GE(dense.bytes(), 9 * sizeof(float));
   EXPECT_GE(sparse.bytes(), 4 * (sizeof(float) + sizeof(Index)));
-  EXPECT_DOUBLE_EQ(dense.escaped(0), 0.25);
-  EXPECT_DOUBLE_EQ(sparse.escaped(2), 0.875);
+  EXPECT_DOUBLE_EQ(dense.escaped()[0], 0.25);
+  EXPECT_DOUBLE_EQ(sparse.escaped()[2], 0.875);
   EXPECT_TRUE(dense.stored());
 }
 
@@ -47,7 +47,7 @@ TEST(FormFactorMatrix, AddsTheDiagonalRemainderToProductsAndKeepsItOutOfEntries)
   EXPECT_EQ(f.row(1).diagonal, 0.75);
   BandArray x(2, 2), y;
   x << 1, 2, 4, 8;
-  f.multiply(x, y);
+  f.apply(x, y);
   BandArray expected(2, 2);
   expected << 0.5 * 1 + 0.5 * 4, 0.5 * 2 + 0.5 * 8, 0.25 * 1 + 0.75 * 4, 0.25 * 2 + 0.75 * 8;
   EXPECT_EQ(y.matrix(), expected.matrix());
@@ -61,7 +61,7 @@ TEST(FormFactorMatrix, MultipliesAllBandsAtOnceForAnyNumberOfBands) {
       std::mt19937_64 random(9);
       BandArray x(37, bands), y;
       for (double& value : x.reshaped()) value = uniform(random);
-      f.multiply(x, y);
+      f.apply(x, y);
       const Eigen::MatrixXd expected = as_dense(f) * x.matrix();
       EXPECT_LT((y.matrix() - expected).cwiseAbs().maxCoeff(), 1e-6) << bands << " bands";
     }
@@ -72,7 +72,7 @@ TEST(FormFactorMatrix, KeepsAConstantFieldToDoublePrecisionInAClosedScene) {
   // What rounding to single precision takes from a row is in its diagonal: F·1 = 1.
   const FormFactorMatrix f = dense_matrix(random_enclosure(60, 2).f);
   BandArray y;
-  f.multiply(BandArray::Ones(60, 3), y);
+  f.apply(BandArray::Ones(60, 3), y);
   EXPECT_LT((y - 1).abs().maxCoeff(), 1e-13);
 }
 
@@ -82,7 +82,7 @@ TEST(FormFactorMatrix, MultipliesToTheSameBitsWithAnyNumberOfThreads) {
   const auto product = [&](int threads) {
     const ThreadLimit limit(threads);
     BandArray y;
-    f.multiply(x, y);
+    f.apply(x, y);
     return y;
   };
   EXPECT_TRUE((product(1) == product(4)).all());
@@ -134,7 +134,7 @@ TEST(FormFactorMatrix, RefusesFactorsThatAreNoSharesOfLight) {
 TEST(FormFactorMatrix, RefusesToMultiplyAFieldOfAnotherSize) {
   const FormFactorMatrix f = dense_matrix(small());
   BandArray y;
-  EXPECT_THROW(f.multiply(BandArray::Ones(4, 1), y), InputError);
+  EXPECT_THROW(f.apply(BandArray::Ones(4, 1), y), InputError);
 }
 
 }  // namespace

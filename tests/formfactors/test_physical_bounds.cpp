@@ -97,7 +97,7 @@ TEST(AnalyticBounds, NearlyTouchingSquaresCloseTheirRows) {
     EXPECT_GE(dense.minCoeff(), 0);
     EXPECT_LE(dense.maxCoeff(), 1);
     for (Index i = 0; i < f.size(); ++i) {
-      EXPECT_NEAR(dense.row(i).sum() + f.escaped(i), 1, 1e-12) << "gap " << gap;
+      EXPECT_NEAR(dense.row(i).sum() + f.escaped()[i], 1, 1e-12) << "gap " << gap;
       // A strip of the width of the gap round the border is all that looks out.
       EXPECT_NEAR(dense.row(i).sum(), 1, 4 * 3 * gap + 1e-6) << "gap " << gap;
     }

@@ -188,7 +188,7 @@ TEST(SceneFormFactors, AreThoseOfTheSceneAlone) {
   EXPECT_TRUE(f.scene.form_factors.assembly.completed);
   EXPECT_TRUE(f.scene.solver.empty());
   BandArray sums(6, 1);
-  f.matrix.multiply(BandArray::Ones(6, 1), sums);
+  f.matrix.apply(BandArray::Ones(6, 1), sums);
   EXPECT_TRUE(sums.isApproxToConstant(1, 1e-6));
 }
 

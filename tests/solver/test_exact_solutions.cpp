@@ -147,7 +147,7 @@ TEST(ExactSolutions, TheSphereFormulaHoldsForAnyEmissionAndReflectance) {
 }
 
 /// R10: unit cube, ceiling E = 1; ρ of floor, ceiling and walls. Mean B of floor, ceiling and walls.
-Eigen::Array3d cube_means(const FormFactors& f, const PatchMesh& mesh, double floor, double ceiling,
+Eigen::Array3d cube_means(const FormFactorRows& f, const PatchMesh& mesh, double floor, double ceiling,
                           double walls) {
   BandArray rho(mesh.patch_count(), 1), e(mesh.patch_count(), 1);
   const auto is_floor = [&](Index i) { return mesh.surface(i) == 4; };

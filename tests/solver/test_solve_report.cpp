@@ -90,17 +90,17 @@ TEST_P(EverySolver, WarnsWhereTheBoundSaysNothing) {
 }
 
 /// Counts how often rows of F are read.
-class Counted final : public FormFactors {
+class Counted final : public FormFactorRows {
  public:
   explicit Counted(const FormFactorMatrix& f) : f_(f) {}
   Index size() const override { return f_.size(); }
   FormFactorRow row(Index i, RowBuffer&) const override {
-    ++rows;
+    ++reads;
     return f_.row(i);
   }
   bool stored() const override { return true; }
-  double escaped(Index i) const override { return f_.escaped(i); }
-  mutable std::atomic<Index> rows = 0;
+  Eigen::ArrayXd escaped() const override { return f_.escaped(); }
+  mutable std::atomic<Index> reads = 0;
 
  private:
   const FormFactorMatrix& f_;
@@ -112,9 +112,9 @@ TEST_P(EverySolver, SolvesEqualBandsOnceAndDarkOnesNever) {
   const auto reads = [&](const BandArray& e, SolveResult& result) {
     const Counted counted(f);
     const RadiositySystem system(counted, enclosure.areas, BandArray::Constant(50, e.cols(), 0.6), e);
-    counted.rows = 0;
+    counted.reads = 0;
     result = GetParam()->make()->solve(system);
-    return counted.rows.load();
+    return counted.reads.load();
   };
   BandArray one = BandArray::Zero(50, 1);
   one(4, 0) = 3;
@@ -136,9 +136,9 @@ TEST(ConjugateGradients, ReadFOnceForAllBands) {
     BandArray e(50, bands);
     for (double& value : e.reshaped()) value = uniform(random);
     const RadiositySystem system(counted, enclosure.areas, BandArray::Constant(50, bands, 0.6), e);
-    counted.rows = 0;
+    counted.reads = 0;
     const Index iterations = find_solver("conjugate-gradient").make()->solve(system).report.iterations;
-    return counted.rows / (iterations + 2);  // one product for the first residual, one for the last
+    return counted.reads / (iterations + 2);  // one product for the first residual, one for the last
   };
   EXPECT_EQ(reads_per_iteration(1), 50);
   EXPECT_EQ(reads_per_iteration(64), 50);

@@ -34,7 +34,7 @@ TEST(SolverTable, HasTheSolversThatTheInterfaceNames) {
   }
   for (const char* name : {"gauss-seidel", "jacobi", "progressive", "conjugate-gradient"})
     EXPECT_TRUE(names.contains(name)) << name;
-  EXPECT_FALSE(find_solver("progressive").needs_stored_rows);
+  EXPECT_FALSE(find_solver("progressive").gathers);
 }
 
 TEST(SolverTable, ListsTheNamesWhenAskedForAnUnknownOne) {
@@ -431,7 +431,7 @@ TEST_P(AnySolver, ReconstructsVerticesAndEnergyWithTheSolution) {
 }
 
 TEST_P(AnySolver, NeedsNoStoredRowsWhereItSaysSo) {
-  if (GetParam()->needs_stored_rows) GTEST_SKIP() << "reads F many times";
+  if (GetParam()->gathers) GTEST_SKIP() << "reads F many times";
   // Exact factors, so that stored and computed rows differ by rounding to single precision only.
   const MethodSetup setup(cube_room(2), find_form_factor_method("analytic"));
   const FormFactorMatrix stored = assemble(*setup.method, setup.visibility).matrix;

@@ -85,7 +85,7 @@ AssembledFormFactors assemble(const FormFactorMethod& method, const Visibility& 
 /// F that is never stored: each row is computed when a solver asks for it, as the method makes it, but the rows
 /// of lamps pair by pair as in `assemble`. Reciprocity and closure cannot be restored row by row: what a row
 /// lacks shows in the energy balance.
-class RowsOnDemand final : public FormFactors {
+class RowsOnDemand final : public FormFactorRows {
  public:
   /// Both must outlive this object.
   RowsOnDemand(const FormFactorMethod& method, const Visibility& visibility);
@@ -95,7 +95,7 @@ class RowsOnDemand final : public FormFactors {
   FormFactorRow row(Index i, RowBuffer& buffer) const override;
   bool stored() const override { return false; }
   /// Known for the rows computed so far, 0 for the others. A method that cannot tell gets 1 − Σ_j F_ij.
-  double escaped(Index i) const override { return escaped_[static_cast<std::size_t>(i)].load(); }
+  Eigen::ArrayXd escaped() const override;
 
  private:
   struct Pairwise;

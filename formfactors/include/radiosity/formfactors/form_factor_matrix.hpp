@@ -2,66 +2,19 @@
 #pragma once
 
 #include <Eigen/SparseCore>
-#include <span>
 #include <string>
 #include <vector>
 
-#include "radiosity/meshing/types.hpp"
+#include "radiosity/formfactors/form_factor_operator.hpp"
 
 namespace radiosity {
-
-/// Row i of F: the form factors F_ij from patch i. `diagonal` is added to F_ii: see FormFactorMatrix.
-struct FormFactorRow {
-  std::span<const Index> columns;  ///< ascending; none where the row is dense
-  std::span<const float> values;   ///< F_ij of j = columns[k], or of j = k where the row is dense
-  double diagonal = 0;
-
-  bool dense() const { return columns.empty() && !values.empty(); }
-};
-
-/// Calls f(j, F_ij) for every stored entry of the row, the diagonal remainder not included.
-template <class F>
-void for_each_entry(const FormFactorRow& row, F&& f) {
-  if (row.dense()) {
-    for (std::size_t j = 0; j < row.values.size(); ++j) f(static_cast<Index>(j), row.values[j]);
-  } else {
-    for (std::size_t k = 0; k < row.values.size(); ++k) f(row.columns[k], row.values[k]);
-  }
-}
-
-/// Memory for a row that is computed on demand.
-struct RowBuffer {
-  std::vector<Index> columns;
-  std::vector<float> values;
-};
-
-/// F as the solvers see it, stored or not. Thread-safe.
-class FormFactors {
- public:
-  virtual ~FormFactors() = default;
-
-  virtual Index size() const = 0;
-
-  /// Row i; valid until `buffer` is used again. F is stored: no work. F is computed on demand: the cost of
-  /// one row.
-  virtual FormFactorRow row(Index i, RowBuffer& buffer) const = 0;
-
-  /// Whether row() is a look-up, so that methods that read F many times make sense.
-  virtual bool stored() const = 0;
-
-  /// Fraction of what leaves patch i that reaches no patch's front: 1 − Σ_j F_ij.
-  virtual double escaped(Index i) const = 0;
-
-  /// y = F x for all bands in one pass over F; x and y are n × bands. Throws InputError on other shapes.
-  void multiply(const BandArray& x, BandArray& y) const;
-};
 
 /// Stored F, dense or sparse (whichever takes fewer bytes), in single precision. The remainder
 ///   d_i = (1 − escaped_i) − Σ_j F_ij
 /// of closed rows is kept beside it in double and acts as F_ii, so that closure is exact although F is
 /// rounded: an error ε of the row sums would be amplified by 1/(1 − ρ). A diagonal leaves reciprocity
 /// untouched.
-class FormFactorMatrix final : public FormFactors {
+class FormFactorMatrix final : public FormFactorRows {
  public:
   struct Rows {
     Index n = 0;
@@ -79,7 +32,7 @@ class FormFactorMatrix final : public FormFactors {
   FormFactorRow row(Index i, RowBuffer&) const override { return row(i); }
   FormFactorRow row(Index i) const;
   bool stored() const override { return true; }
-  double escaped(Index i) const override { return rows_.escaped[static_cast<std::size_t>(i)]; }
+  Eigen::ArrayXd escaped() const override;
 
   bool sparse() const { return !rows_.start.empty(); }
   /// Entries that are not zero.

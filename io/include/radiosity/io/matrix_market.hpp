@@ -12,7 +12,7 @@ namespace radiosity {
 /// `comment` (may hold several lines) in the header. scipy.io.mmread, MATLAB's mmread and Julia's
 /// MatrixMarket read it. Values are written with 9 significant digits, so single precision comes back to the
 /// bit. Throws IoError when the file cannot be written.
-void write_matrix_market(const std::filesystem::path& file, const FormFactors& form_factors,
+void write_matrix_market(const std::filesystem::path& file, const FormFactorRows& form_factors,
                          const std::string& comment);
 
 }  // namespace radiosity

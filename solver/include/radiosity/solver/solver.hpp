@@ -40,10 +40,10 @@ struct SolveReport {
   double residual = 0;
   std::vector<double> history;  ///< residual estimate after each iteration, the starting value first
   /// W/m², 1 × bands: no radiosity is further from the solution than max_i |r_i| / min_i (1 − ρ_i Σ_j F_ij). Infinite where
-  /// a patch loses nothing; not-a-number where F is not stored.
+  /// a patch loses nothing; not-a-number where rows of F are computed on demand.
   BandArray error_bound;
   /// λ_max/λ_min of I − ρF, 1 × bands, estimated from below: from the mean loss of the components, and from what conjugate gradients saw of
-  /// the spectrum. An error ε of F changes B by about condition · ε. Not-a-number where F is not stored.
+  /// the spectrum. An error ε of F changes B by about condition · ε. Not-a-number where rows of F are computed on demand.
   BandArray condition;
   std::string message;  ///< one sentence, with the numbers
   std::string warning;  ///< a sentence where `error_bound` says nothing about B; otherwise empty
@@ -61,12 +61,15 @@ class Solver {
   virtual ~Solver() = default;
 
   /// Throws InputError on a tolerance that is not positive, a negative iteration limit, a relaxation that this solver cannot
-  /// take, and where there is no solution or more than one: in a band in which nothing is absorbed in all of a component
-  /// that nothing leaves. Not converging is a status of the report, never an exception.
+  /// take, an F without the rows that it reads, and where there is no solution or more than one: in a band in which nothing is
+  /// absorbed in all of a component that nothing leaves. Not converging is a status of the report, never an exception.
   SolveResult solve(const RadiositySystem& system, const SolverOptions& options = {}) const;
 
   /// Takes a relaxation other than 1.
   virtual bool relaxes() const { return false; }
+
+  /// Reads rows of F, a FormFactorRows; other solvers only apply F, any FormFactorOperator.
+  virtual bool reads_rows() const { return false; }
 
   /// The limit of iterations where SolverOptions::max_iterations is 0.
   virtual Index default_max_iterations(Index patches) const = 0;
@@ -96,8 +99,8 @@ struct SolverInfo {
   std::string_view name;
   std::string_view summary;
   std::string_view citation;
-  bool needs_stored_rows;  ///< reads F many times; the others read one row at a time and F is not stored for
-                           ///< them
+  bool
+      gathers;  ///< uses all of F in each iteration, so F is stored for it; the others shoot, one row at a time
   std::unique_ptr<Solver> (*make)();
 };
 
