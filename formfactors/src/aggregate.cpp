@@ -6,20 +6,11 @@
 #include <algorithm>
 #include <utility>
 
+#include "assembly_steps.hpp"
 #include "radiosity/formfactors/threads.hpp"
 #include "radiosity/meshing/error.hpp"
-#include "rounded_down.hpp"
 
 namespace radiosity {
-namespace {
-
-struct Row {
-  std::vector<Index> columns;
-  std::vector<float> values;
-  double diagonal = 0;
-};
-
-}  // namespace
 
 FormFactorMatrix aggregate(const FormFactorMatrix& f, const Eigen::ArrayXd& areas,
                            const Coarsening& coarsening) {
@@ -34,10 +25,8 @@ FormFactorMatrix aggregate(const FormFactorMatrix& f, const Eigen::ArrayXd& area
     members[static_cast<std::size_t>(coarsening.parent[i])].push_back(static_cast<Index>(i));
 
   const Eigen::ArrayXd escaped_of = f.escaped();
-  std::vector<Row> rows(count);
-  FormFactorMatrix::Rows out;
-  out.n = coarsening.count;
-  out.escaped.resize(count);
+  RowList rows(count);
+  std::vector<double> diagonals(count), escapes(count);
   constexpr Index kBlock = 16;
   for_each_block(coarsening.count, kBlock, [&](Index first, Index last) {
     std::vector<double> sums(count, 0.0);
@@ -59,37 +48,20 @@ FormFactorMatrix aggregate(const FormFactorMatrix& f, const Eigen::ArrayXd& area
         escaped += areas[i] * escaped_of[i];
       }
       std::sort(met.begin(), met.end());
-      Row& row = rows[g];
-      row.columns = met;
-      row.diagonal = diagonal / area;
+      diagonals[g] = diagonal / area;
       for (const Index j : met) {
         const double exact = std::exchange(sums[static_cast<std::size_t>(j)], 0) / area;
-        row.values.push_back(rounded_down(exact));
-        row.diagonal += exact - static_cast<double>(row.values.back());
+        rows[g].push_back({j, rounded_down(exact)});
+        diagonals[g] += exact - static_cast<double>(rows[g].back().value);
       }
       met.clear();
-      out.escaped[g] = escaped / area;
+      escapes[g] = escaped / area;
     }
   });
 
-  std::size_t entries = 0;
-  for (const Row& row : rows) entries += row.values.size();
-  const bool sparse = entries * (sizeof(Index) + sizeof(float)) < count * count * sizeof(float);
-  if (sparse) out.start.push_back(0);
-  out.values.reserve(sparse ? entries : count * count);
-  for (const Row& row : rows) {
-    out.diagonal.push_back(row.diagonal);
-    if (sparse) {
-      out.columns.insert(out.columns.end(), row.columns.begin(), row.columns.end());
-      out.values.insert(out.values.end(), row.values.begin(), row.values.end());
-      out.start.push_back(out.values.size());
-    } else {
-      const std::size_t start = out.values.size();
-      out.values.resize(start + count, 0.0F);
-      for (std::size_t k = 0; k < row.columns.size(); ++k)
-        out.values[start + static_cast<std::size_t>(row.columns[k])] = row.values[k];
-    }
-  }
+  FormFactorMatrix::Rows out = store(rows);
+  out.diagonal = std::move(diagonals);
+  out.escaped = std::move(escapes);
   return FormFactorMatrix(std::move(out));
 }
 

@@ -1,18 +1,27 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <bit>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
 
 #include "pairwise.hpp"
 #include "radiosity/formfactors/assemble.hpp"
-#include "rounded_down.hpp"
 #include "row_list.hpp"
 
 /// The steps of `assemble`, in their order; a file each.
 namespace radiosity {
+
+/// f ≥ 0 in single precision, rounded towards zero: rows never exceed the sums that they stand for, and what they lack goes to a
+/// diagonal that is never negative.
+inline float rounded_down(double f) {
+  const auto nearest = static_cast<float>(f);
+  const std::uint32_t above = static_cast<double>(nearest) > f ? 1 : 0;
+  return std::bit_cast<float>(std::bit_cast<std::uint32_t>(nearest) - above);
+}
 
 // 1. compute_rows.cpp
 
@@ -89,6 +98,8 @@ struct PackedRows {
   Eigen::ArrayXd sums;
   FormFactorQuality quality;
 };
+/// Dense or sparse, whichever takes fewer bytes; finish(i, row) turns a row into what is stored of it. The rows are used up.
+FormFactorMatrix::Rows store(RowList& rows, const std::function<void(Index, Row&)>& finish = {});
 /// Of F as it is; the rows are used up.
 PackedRows pack(RowList& rows, const Eigen::ArrayXd& target, const Eigen::ArrayXd& areas);
 /// Of F_ij = S_ij scaling(i, j) / A_i; the rows of S are used up.

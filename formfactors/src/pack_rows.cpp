@@ -2,11 +2,8 @@
 #include "assembly_steps.hpp"
 
 namespace radiosity {
-namespace {
 
-// Calls finish(i, row), which turns a row into what is stored of it; the rows are used up.
-template <class F>
-FormFactorMatrix::Rows store(RowList& rows, F&& finish) {
+FormFactorMatrix::Rows store(RowList& rows, const std::function<void(Index, Row&)>& finish) {
   FormFactorMatrix::Rows out;
   out.n = static_cast<Index>(rows.size());
   const std::size_t n = rows.size();
@@ -23,7 +20,7 @@ FormFactorMatrix::Rows store(RowList& rows, F&& finish) {
   }
   for_each_row(out.n, [&](Index i) {
     Row& row = rows[at(i)];
-    finish(i, row);
+    if (finish) finish(i, row);
     for (std::size_t k = 0; k < row.size(); ++k) {
       const float f = row[k].value;
       if (sparse) {
@@ -38,11 +35,9 @@ FormFactorMatrix::Rows store(RowList& rows, F&& finish) {
   return out;
 }
 
-}  // namespace
-
 PackedRows pack(RowList& rows, const Eigen::ArrayXd& target, const Eigen::ArrayXd& areas) {
   PackedRows out{{}, row_sums(rows), measure(rows, target, areas, false)};
-  out.rows = store(rows, [](Index, Row&) {});
+  out.rows = store(rows);
   return out;
 }
 
