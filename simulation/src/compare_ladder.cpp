@@ -37,7 +37,7 @@ void add_finer(MeshSeries& series, const Scene& scene) {
 
 std::vector<FormFactorOptions> ladder(const FormFactorMethodInfo& method) {
   const FormFactorOptions standard = method.defaults;
-  const bool has_cells = standard.resolution > 0;
+  const bool has_cells = standard.has_resolution();
   std::vector<FormFactorOptions> steps;
   if (has_cells) {
     for (Index samples = 1; samples <= 4 * standard.samples; samples *= 4)

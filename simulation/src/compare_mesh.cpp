@@ -42,18 +42,18 @@ std::optional<SolvedRun> solve_on(const PreparedMesh& mesh, const FormFactorMeth
   AssemblyOptions assembly;
   assembly.memory_limit_bytes = budget.bytes();
   assembly.progress = [&](double) { return budget.go_on(until); };
-  AssemblyReport report;
-  SolvedRun out;
-  out.f = assemble(*method, *mesh.visibility, assembly, &report);
-  if (!report.completed) return std::nullopt;
+  AssembledFormFactors assembled = assemble(*method, *mesh.visibility, assembly);
+  if (!assembled.report.completed) return std::nullopt;
   SolverOptions options;
   options.tolerance = tolerance;
   SolveResult result =
-      find_solver("conjugate-gradient").make()->solve(RadiositySystem(*out.f, mesh.mesh()), options);
+      find_solver("conjugate-gradient").make()->solve(RadiositySystem(assembled.matrix, mesh.mesh()), options);
+  SolvedRun out;
   if (result.report.status != SolveStatus::converged) out.failure = result.report.message;
   out.radiosity = std::move(result.radiosity);
   out.seconds = watch.elapsed();
-  out.rays = report.rays;
+  out.rays = assembled.report.rays;
+  out.f = std::move(assembled.matrix);
   return out;
 }
 
