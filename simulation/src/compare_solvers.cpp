@@ -13,7 +13,7 @@ std::vector<SolverRun> measure(const SolverInfo& info, const RadiositySystem& sy
                                const BandArray& exact, Budget& budget, double until) {
   std::vector<SolverRun> out;
   const auto next_tolerance = [&] { return std::pow(10.0, -1 - static_cast<double>(out.size())); };
-  const double passes = info.needs_stored_rows ? 1 : 1.0 / system.size();  // over F, per iteration
+  const double passes = info.gathers ? 1 : 1.0 / system.size();  // over F, per iteration
   double paused = 0;                                                       // to measure errors
   const Stopwatch watch;
   SolverOptions options;
