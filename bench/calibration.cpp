@@ -14,12 +14,12 @@ int main(int argc, char** argv) {
   bool smallest = false;
   std::string method;
   app.add_option("--rooms", rooms, "random rooms")->capture_default_str();
-  app.add_flag("--smallest", smallest, "no random rooms, and the analytic method only");
+  app.add_flag("--smallest", smallest, "no random rooms, larger patches and the analytic method only");
   app.add_option("--method", method, "only this one");
   CLI11_PARSE(app, argc, argv);
   fmt::print("| scene | method | true error | estimate | estimate / truth |\n|---|---|---|---|---|\n");
   const auto all = radiosity::test::calibration(
-      smallest ? 0 : rooms,
+      smallest ? 0 : rooms, !smallest,
       [](const CalibrationCase& h) {
         fmt::print("| {} | {} | {:.2g} % | {:.2g} % | {:.2g} |\n", h.scene, h.method, 100 * h.truth,
                    100 * h.estimate, h.ratio());

@@ -3,7 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
+#include <span>
 
 #include "cases/scenes.hpp"
 #include "radiosity/meshing/refine.hpp"
@@ -65,7 +67,8 @@ double relative(const PatchMesh& mesh, const BandArray& b, const BandArray& exac
 
 }  // namespace
 
-std::vector<CalibrationCase> calibration(int rooms, const std::function<void(const CalibrationCase&)>& seen,
+std::vector<CalibrationCase> calibration(int rooms, bool smaller_too,
+                                         const std::function<void(const CalibrationCase&)>& seen,
                                          std::string_view method) {
   const std::vector<Setting> settings = settings_of(method);
   std::vector<CalibrationCase> all;
@@ -73,9 +76,8 @@ std::vector<CalibrationCase> calibration(int rooms, const std::function<void(con
     all.push_back({scene, name_of(setting), truth, estimate});
     if (seen) seen(all.back());
   };
-  const auto against_finer = [&](const std::string& name, const Scene& scene,
-                                 std::initializer_list<double> sizes) {
-    for (const double size : sizes) {
+  const auto against_finer = [&](const std::string& name, const Scene& scene, std::array<double, 2> sizes) {
+    for (const double size : std::span(sizes).first(smaller_too ? 2 : 1)) {
       const PatchMesh mesh = make_patches(scene, PatchSize{size}).mesh;
       const BandArray exact = finer_solution(mesh);
       for (const Setting& setting : settings) {

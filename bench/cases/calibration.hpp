@@ -16,10 +16,11 @@ struct CalibrationCase {
   double ratio() const { return truth < 1e-6 && estimate < 1e-6 ? 1 : estimate / truth; }
 };
 
-/// Scenes with known answers: lit cubes, a furnace with a box in it, a ball and a shell kept as they are (there the estimate is of the
-/// form factors alone); and `rooms` random rooms on two meshes, against their own patches cut into sixteen. Each by several methods and
-/// settings. `seen` is called with each case as it is done; `method` leaves out the others.
-std::vector<CalibrationCase> calibration(int rooms,
+/// Scenes with known answers: lit cubes and `rooms` random rooms, against their own patches cut into sixteen, with patches of one
+/// size or also of a smaller one (`smaller_too`); a furnace with a box in it; a ball and a shell kept as they are (there the
+/// estimate is of the form factors alone). Each by several methods and settings; `method` leaves out the others. `seen` is called with
+/// each case as it is done.
+std::vector<CalibrationCase> calibration(int rooms, bool smaller_too,
                                          const std::function<void(const CalibrationCase&)>& seen = {},
                                          std::string_view method = "");
 

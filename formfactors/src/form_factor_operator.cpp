@@ -16,8 +16,8 @@ namespace radiosity {
 namespace {
 
 // Compiled for several processors, of which the one at hand is chosen when the program starts: F is read at the speed of memory
-// only where eight products are taken at a time.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+// only where eight products are taken at a time. (Such a choice is made before the thread sanitizer is ready.)
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__)
 #define RADIOSITY_CLONES __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 #else
 #define RADIOSITY_CLONES
