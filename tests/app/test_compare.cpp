@@ -15,8 +15,9 @@ using ::testing::Not;
 
 class Compare : public ProgramTest {
  protected:
-  Outcome compare(const std::string& scene, const std::string& out) const {
-    return run({"compare", scene, "-o", out, "--budget", "12", "--patch-size", "0.25"});
+  /// All of the budget is spent.
+  Outcome compare(const std::string& scene, const std::string& out, const std::string& budget = "5") const {
+    return run({"compare", scene, "-o", out, "--budget", budget, "--patch-size", "0.25"});
   }
 };
 
@@ -37,7 +38,7 @@ std::vector<std::string> fields(const std::string& line) {
 
 TEST_F(Compare, WritesATableAReportAndAPageOfItsOwn) {
   write_cube();
-  const Outcome result = compare("cube.toml", "out");
+  const Outcome result = compare("cube.toml", "out", "12");
   EXPECT_EQ(result.status, 0) << result.err;
   EXPECT_EQ(result.err, "");
   EXPECT_THAT(files(), ::testing::IsSupersetOf({"out/index.html", "out/trade.csv", "out/trade.json"}));
