@@ -133,12 +133,6 @@ PatchMesh to_mesh(const Pieces& pieces, const Surface& surface, const Scene& sce
   return PatchMesh(std::move(arrays));
 }
 
-/// What hides and is hidden: the polygons before they are cut.
-std::vector<Facet> facets_of_wholes(const Subdivision& subdivision, const Surface& surface,
-                                    const Scene& scene) {
-  return facets(to_mesh(subdivision.outlines(), surface, scene));
-}
-
 /// Edges of one-sided faces that no other face shares and that do not lie on another face.
 Index open_edges(const Surface& surface, const Contacts& contacts, const Scene& scene) {
   std::vector<std::pair<std::uint64_t, Index>> sides;
@@ -307,7 +301,8 @@ Patches make_patches(const Scene& scene, const PatchOptions& options) {
                  },
                  [&](const KeepFaces&) -> Sized { return {}; }},
       options);
-  const std::vector<Facet> walls = facets_of_wholes(subdivision, polygons, scene);
+  // What hides and is hidden: the polygons before they are cut.
+  const std::vector<Facet> walls = facets(to_mesh(subdivision.outlines(), polygons, scene));
   return {to_mesh(sized.pieces, polygons, scene, &walls), repairs, std::move(warnings),
           std::isfinite(sized.size) ? sized.size : 0};
 }

@@ -11,6 +11,7 @@
 #include "radiosity/meshing/refine.hpp"
 #include "radiosity/meshing/tolerances.hpp"
 #include "radiosity/simulation/probe.hpp"
+#include "relative_error.hpp"
 
 namespace radiosity {
 namespace {
@@ -46,10 +47,7 @@ std::vector<Index> pieces(const PatchMesh& mesh, double size) {
 }  // namespace
 
 double Elements::noise() const {
-  const BandArray reflected = radiosity - mesh.emission();
-  const Eigen::ArrayXd above = (standard_error.square().colwise() * mesh.areas()).colwise().sum();
-  const Eigen::ArrayXd below = (reflected.square().colwise() * mesh.areas()).colwise().sum();
-  return std::sqrt((below > 0).select(above / below, 0.0).maxCoeff());
+  return relative_rms(mesh, standard_error, radiosity - mesh.emission());
 }
 
 std::optional<Elements> gather_elements(const Visibility& visibility, const Solution& solution,

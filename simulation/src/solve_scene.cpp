@@ -289,10 +289,9 @@ void add_elements(SolvedScene& solved, const SceneSettings& settings, double siz
     error.gather = solved.elements->noise();
     error.known = std::hypot(error.known, *error.gather);
     if (error.total) error.total = error.known;
-    if (AccuracyReport* const accuracy = solved.accuracy ? &*solved.accuracy : nullptr;
-        accuracy != nullptr && accuracy->reached && error.known > accuracy->goal) {
-      accuracy->reached = false;
-      accuracy->why_not = "the noise of the elements takes more samples";
+    if (solved.accuracy && solved.accuracy->reached && error.known > solved.accuracy->goal) {
+      solved.accuracy->reached = false;
+      solved.accuracy->why_not = "the noise of the elements takes more samples";
     }
   }
   solved.seconds.elements = watch.elapsed();
