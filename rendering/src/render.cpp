@@ -124,8 +124,7 @@ Image trace(const Pinhole& pinhole, int width, int height, int samples, const Ra
     throw InputError(fmt::format("image of {} x {} pixels with {} x {} samples: all must be at least 1",
                                  width, height, samples, samples));
   Image image{width, height,
-              std::vector<Rgb8>(static_cast<std::size_t>(width) *
-                                                       static_cast<std::size_t>(height))};
+              std::vector<Rgb8>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height))};
   tbb::parallel_for(0, height, [&](int y) {
     for (int x = 0; x < width; ++x) {
       Rgb sum = Rgb::Zero();
@@ -160,8 +159,8 @@ Image render(const Visibility& visibility, const BandArray& vertex_radiosity, co
   });
 }
 
-Image paint(const Visibility& visibility, const std::vector<Rgb8>& patch_colours,
-            const Camera& camera, int width, int height, int samples) {
+Image paint(const Visibility& visibility, const std::vector<Rgb8>& patch_colours, const Camera& camera,
+            int width, int height, int samples) {
   if (patch_colours.size() != static_cast<std::size_t>(visibility.mesh().patch_count()))
     throw InputError(
         fmt::format("{} colours for {} patches", patch_colours.size(), visibility.mesh().patch_count()));

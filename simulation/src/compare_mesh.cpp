@@ -46,8 +46,9 @@ std::optional<SolvedRun> solve_on(const PreparedMesh& mesh, const FormFactorMeth
   if (!assembled.report.completed) return std::nullopt;
   SolverOptions options;
   options.tolerance = tolerance;
-  SolveResult result =
-      find_solver("conjugate-gradient").make()->solve(RadiositySystem(assembled.matrix, mesh.mesh()), options);
+  SolveResult result = find_solver("conjugate-gradient")
+                           .make()
+                           ->solve(RadiositySystem(assembled.matrix, mesh.mesh()), options);
   SolvedRun out;
   if (result.report.status != SolveStatus::converged) out.failure = result.report.message;
   out.radiosity = std::move(result.radiosity);

@@ -14,7 +14,7 @@ std::vector<SolverRun> measure(const SolverInfo& info, const RadiositySystem& sy
   std::vector<SolverRun> out;
   const auto next_tolerance = [&] { return std::pow(10.0, -1 - static_cast<double>(out.size())); };
   const double passes = info.gathers ? 1 : 1.0 / system.size();  // over F, per iteration
-  double paused = 0;                                                       // to measure errors
+  double paused = 0;                                             // to measure errors
   const Stopwatch watch;
   SolverOptions options;
   options.tolerance = std::pow(10.0, -kDigits);

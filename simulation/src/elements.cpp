@@ -36,9 +36,10 @@ std::vector<Index> pieces(const PatchMesh& mesh, double size) {
     const double count = std::max(1.0, std::ceil(length * (1 - tolerance::kWholePieces) / size));
     constexpr double kMost = 1 << 15;
     if (count > kMost)
-      throw InputError(fmt::format("elements: with a size of {:.4g} m an edge of {:.4g} m of patch {} is cut into {:.2g}; at "
-                                   "most {:.0f} are possible",
-                                   size, length, i, count, kMost));
+      throw InputError(fmt::format(
+          "elements: with a size of {:.4g} m an edge of {:.4g} m of patch {} is cut into {:.2g}; at "
+          "most {:.0f} are possible",
+          size, length, i, count, kMost));
     out.push_back(static_cast<Index>(count));
   }
   return out;

@@ -13,8 +13,8 @@
 
 #include "light_unit.hpp"
 #include "radiosity/formfactors/aggregate.hpp"
-#include "radiosity/meshing/error.hpp"
 #include "radiosity/meshing/coarsen.hpp"
+#include "radiosity/meshing/error.hpp"
 #include "relative_error.hpp"
 
 namespace radiosity {
@@ -108,9 +108,11 @@ std::optional<Noise> error_on_larger_patches(const SolvedProblem& problem, const
   const Solved given = solve_on(problem, larger.mesh, visibility, options);
   if ((given.lamps > 0) != (problem.lamps > 0)) return std::nullopt;
   const BandArray error =
-      (solve_on(problem, larger.mesh, visibility, other.options, given.pair_rows).radiosity - given.radiosity) /
+      (solve_on(problem, larger.mesh, visibility, other.options, given.pair_rows).radiosity -
+       given.radiosity) /
       (2 * other.divisor);
-  const Eigen::ArrayXd square = mean_square(larger.mesh.areas(), error, given.radiosity - larger.mesh.emission());
+  const Eigen::ArrayXd square =
+      mean_square(larger.mesh.areas(), error, given.radiosity - larger.mesh.emission());
   const BandArray reflected = problem.solution.radiosity - problem.patches.mesh.emission();
   return Noise{square, reflected.rowwise() * square.sqrt().transpose()};
 }
@@ -146,7 +148,8 @@ std::optional<Coarsening> coarser(const SolvedProblem& problem, const FormFactor
   Coarsening out = coarsen(problem.patches.mesh, problem.visibility.facets(), factor, isolated(f));
   if (out.count <= 0.7 * n) return out;
   notes.push_back(fmt::format(
-      "error of the patches: joining those beside each other leaves {} of {}, too many to tell the order", out.count, n));
+      "error of the patches: joining those beside each other leaves {} of {}, too many to tell the order",
+      out.count, n));
   return std::nullopt;
 }
 
@@ -160,7 +163,8 @@ struct CoarseError {
 CoarseError coarse_error(const SolvedProblem& problem, const FormFactorMatrix& f, const Coarsening& larger) {
   if (problem.assembly.progress && !problem.assembly.progress(0)) throw Stopped{};
   const PatchMesh& mesh = problem.patches.mesh;
-  std::vector<Index> first(static_cast<std::size_t>(larger.count));  // members: one material, so one ρ and one E
+  std::vector<Index> first(
+      static_cast<std::size_t>(larger.count));  // members: one material, so one ρ and one E
   Eigen::ArrayXd areas = Eigen::ArrayXd::Zero(larger.count);
   Eigen::ArrayXi members = Eigen::ArrayXi::Zero(larger.count);
   for (Index i = mesh.patch_count() - 1; i >= 0; --i) {
@@ -199,7 +203,8 @@ std::optional<PatchError> patch_error(const SolvedProblem& problem, const FormFa
   // One order for all bands, from that with the largest error.
   Eigen::Index band = 0;
   half.relative_square.maxCoeff(&band);
-  const double ratio = half.relative_square[band] > 0 ? std::sqrt(quarter[band] / half.relative_square[band]) : 0;
+  const double ratio =
+      half.relative_square[band] > 0 ? std::sqrt(quarter[band] / half.relative_square[band]) : 0;
   // 2^p. Where shadows end inside of patches p is 3/2 in the end, however well the smooth light does on coarse meshes. Where p
   // is above 2, the largest patches are too large for an order, and the least is taken: what furnished rooms show (docs/calibration.md).
   constexpr double kLeastOrder = 1.15;

@@ -45,7 +45,8 @@ class Prepared {
     facts.exact = chosen_.method->exact();
     out_.modelled.occlusion = !visibility_->convex();
     if (visibility_->convex())
-      out_.modelled.left_out.emplace_back("occlusion: no patch can stand between two others, the room is convex");
+      out_.modelled.left_out.emplace_back(
+          "occlusion: no patch can stand between two others, the room is convex");
     ended(SolveStage::method, side_warnings(seen, out_.patches.mesh));
   }
 
@@ -184,8 +185,8 @@ SolvedScene::Told SolvedScene::told_of_setup(Index k) const {
     const BandArray of_patches = (*both)(elements->patch, Eigen::all);
     both = (of_patches.square() + of_setup(elements->standard_error).square()).sqrt();
   }
-  return {elements->mesh.with_materials(select_bands(elements->mesh.materials(), k * bands, bands)), std::move(told),
-          std::move(both), elements->patch};
+  return {elements->mesh.with_materials(select_bands(elements->mesh.materials(), k * bands, bands)),
+          std::move(told), std::move(both), elements->patch};
 }
 
 SolvedScene solve_once(const SceneToSolve& task, const SceneSettings& settings, std::string_view where_few) {
@@ -235,7 +236,8 @@ SolvedScene solve_once(const SceneToSolve& task, const SceneSettings& settings, 
       done = std::max(done, solved_fraction(residual, options.tolerance));
       return progress(done);
     };
-    out.solution = assembly.completed ? solve(*solver, system, mesh, options) : nothing_exchanged(mesh, system);
+    out.solution =
+        assembly.completed ? solve(*solver, system, mesh, options) : nothing_exchanged(mesh, system);
   }
   out.seconds.solve = watch.lap();
   if (!stored) assembly.rays = prepared.chosen().method->rays();
@@ -251,11 +253,11 @@ SolvedScene solve_once(const SceneToSolve& task, const SceneSettings& settings, 
 
   if (task.options.estimate_error && stored && assembly.completed && out.converged()) {
     watch.lap();
-    out.error = estimate_error({scene, out.patches, prepared.visibility(), *prepared.chosen().info,
-                                prepared.chosen().options, assembly_options(task, SolveStage::error), *solver,
-                                out.solver_options, out.solution, assembly.lamps, assembly.unrestored(),
-                                assembly.unreliable, assembly.pair_rows},
-                               std::move(matrix));
+    out.error = estimate_error(
+        {scene, out.patches, prepared.visibility(), *prepared.chosen().info, prepared.chosen().options,
+         assembly_options(task, SolveStage::error), *solver, out.solver_options, out.solution, assembly.lamps,
+         assembly.unrestored(), assembly.unreliable, assembly.pair_rows},
+        std::move(matrix));
     out.seconds.error = watch.lap();
     prepared.ended(SolveStage::error);
   }
@@ -308,7 +310,8 @@ SolvedScene solve_scene(const Scene& scene, const SceneSettings& settings, const
   const auto* const size = settings.elements ? std::get_if<ElementSize>(&*settings.elements) : nullptr;
   if (size != nullptr && !(size->metres > 0))
     throw InputError(fmt::format("elements: size {} m is not positive", size->metres));
-  SolvedScene solved = options.accuracy ? solve_with_accuracy(task, settings) : solve_once(task, settings, "analytic");
+  SolvedScene solved =
+      options.accuracy ? solve_with_accuracy(task, settings) : solve_once(task, settings, "analytic");
   if (size != nullptr && solved.form_factors.assembly.completed && !watch.stopped())
     add_elements(solved, settings, size->metres, task);
   return solved;

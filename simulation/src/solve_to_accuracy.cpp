@@ -65,12 +65,12 @@ class Rounds {
     }
     report_.reached = reached();
     if (!report_.reached)
-      report_.why_not = task_.watch.stopped()                   ? "the work was stopped or its time was up"
-                        : best_->error && !best_->error->total ? "a part of the error is unknown"
-                        : options_.seconds < std::numeric_limits<double>::infinity() ||
-                                options_.memory_limit_bytes > 0
-                            ? "time or memory do not allow more"
-                            : "finer meshes and more samples did not bring the estimate down far enough";
+      report_.why_not =
+          task_.watch.stopped()                  ? "the work was stopped or its time was up"
+          : best_->error && !best_->error->total ? "a part of the error is unknown"
+          : options_.seconds < std::numeric_limits<double>::infinity() || options_.memory_limit_bytes > 0
+              ? "time or memory do not allow more"
+              : "finer meshes and more samples did not bring the estimate down far enough";
     best_->accuracy = std::move(report_);
     return std::move(*best_);
   }

@@ -21,8 +21,8 @@ Image render(const Visibility& visibility, const BandArray& vertex_radiosity, co
              int height, double exposure, int samples = 3);
 
 /// The same view with one colour for each patch, white where there is none.
-Image paint(const Visibility& visibility, const std::vector<Rgb8>& patch_colours,
-            const Camera& camera, int width, int height, int samples = 3);
+Image paint(const Visibility& visibility, const std::vector<Rgb8>& patch_colours, const Camera& camera,
+            int width, int height, int samples = 3);
 
 /// A camera that has the whole mesh in view, looking in at an open side where there is one; see
 /// docs/formats.md.

@@ -25,9 +25,10 @@ struct Elements {
   BandArray radiosity;       ///< B = E + ρ H, elements × bands, W/m²
   BandArray irradiance;      ///< H at the centroid
   BandArray vertex_radiosity;
-  BandArray standard_error;  ///< of B through sampling; what the radiosities of the patches are wrong by is not in it
-  double size = 0;           ///< m
-  Index samples = 0;         ///< rays per element that were cast
+  BandArray
+      standard_error;  ///< of B through sampling; what the radiosities of the patches are wrong by is not in it
+  double size = 0;     ///< m
+  Index samples = 0;  ///< rays per element that were cast
 
   /// √(Σ A_e σ_e² / Σ A_e (B_e − E_e)²) in the band where that is largest.
   double noise() const;
@@ -38,6 +39,7 @@ struct Elements {
 /// receives nothing. Patches are cut alike within a smooth surface, so neighbours fit together; lamps are left whole: they look the
 /// same everywhere, and their pieces would be many lamps. Nothing where `progress` asked to stop. Throws InputError on a size that is not
 /// positive, or gives more corners than can be numbered, and what probe refuses.
-std::optional<Elements> gather_elements(const Visibility& visibility, const Solution& solution, const ElementGather& gather);
+std::optional<Elements> gather_elements(const Visibility& visibility, const Solution& solution,
+                                        const ElementGather& gather);
 
 }  // namespace radiosity

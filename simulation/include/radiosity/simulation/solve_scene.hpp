@@ -34,8 +34,9 @@ struct SolveOptions {
   /// Largest error that is wanted, as ErrorEstimate::total. Patches, samples, tolerance, and the method where it is "auto" or not
   /// given, are then found in rounds, and those of the settings are not used.
   std::optional<double> accuracy = {};
-  double seconds = std::numeric_limits<double>::infinity();  ///< wall time after which the work stops with what there is
-  std::size_t memory_limit_bytes = 0;  ///< of F; 0: the memory of this machine
+  double seconds =
+      std::numeric_limits<double>::infinity();  ///< wall time after which the work stops with what there is
+  std::size_t memory_limit_bytes = 0;           ///< of F; 0: the memory of this machine
 
   /// The fraction of a stage that is done. False asks to stop: what has been reached is returned.
   std::function<bool(SolveStage, double fraction)> progress = {};
@@ -70,7 +71,7 @@ enum class FormFactorStorage { dense, sparse, rows };
 std::string_view name_of(FormFactorStorage storage);
 
 struct FormFactorFacts {
-  std::string method, why;  ///< why it was chosen; empty where it was given
+  std::string method, why;    ///< why it was chosen; empty where it was given
   FormFactorOptions options;  ///< in force
   bool reciprocal = false;    ///< pairs, not directions
   bool exact = false;
@@ -99,9 +100,11 @@ struct SolvedScene {
   std::string solver = {};
   SolverOptions solver_options = {};  ///< in force, but without its functions
   Solution solution = {};
-  std::optional<ErrorEstimate> error = {};  ///< absent where it was not asked for, or nothing converged, or it was stopped
+  std::optional<ErrorEstimate> error =
+      {};  ///< absent where it was not asked for, or nothing converged, or it was stopped
   std::optional<AccuracyReport> accuracy = {};
-  std::optional<Elements> elements = {};  ///< absent where none were asked for, or the work was stopped before all were lit
+  std::optional<Elements> elements =
+      {};  ///< absent where none were asked for, or the work was stopped before all were lit
 
   struct Seconds {
     double mesh = 0, form_factors = 0, solve = 0, error = 0, elements = 0;
@@ -139,7 +142,7 @@ SolvedScene solve_scene(const Scene& scene, const SceneSettings& settings = {},
 
 /// The form factors alone. `accuracy`, and what concerns the solver, is not used.
 struct SceneFormFactors {
-  SolvedScene scene;        ///< without a solution; its assembly is not `completed` where the work was stopped
+  SolvedScene scene;  ///< without a solution; its assembly is not `completed` where the work was stopped
   FormFactorMatrix matrix;
 };
 SceneFormFactors scene_form_factors(const Scene& scene, const SceneSettings& settings = {},
