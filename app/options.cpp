@@ -468,6 +468,15 @@ class Parser {
                                     "Default: as it was solved, or chosen from the scene"),
                 "X", positive)
         ->group("Image");
+    add_checked(command->add_option(
+                    "--pipeline", view.pipeline,
+                    fmt::format("How the image is made. Default: {}{}", view.pipeline, table(pipelines()))),
+                "NAME", one_of("pipeline", names(pipelines())))
+        ->group("Image");
+    add_checked(command->add_option("--samples", view.samples,
+                                    fmt::format("Of each pixel. Default: {}", view.samples)),
+                "N", whole<Index>(1, 1 << 20))
+        ->group("Image");
     add_general(command);
     command->footer(
         "Without --scene and --position the camera is the scene file's own, or one that has all in view.");

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "radiosity/io/read_scene.hpp"
+#include "radiosity/rendering/pipeline.hpp"
 
 namespace radiosity::app {
 
@@ -39,6 +40,8 @@ struct Options {
     std::optional<double> vertical_fov_deg;
     int width = 800, height = 600;
     std::optional<double> exposure;  ///< 1/(W/m²)
+    std::string pipeline = "radiosity";
+    Index samples = DrawOptions{}.samples;  ///< per pixel
   } view;
 };
 

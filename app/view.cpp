@@ -1,29 +1,37 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <memory>
 #include <optional>
 #include <utility>
 
 #include "commands.hpp"
-#include "radiosity/formfactors/visibility.hpp"
 #include "radiosity/io/png.hpp"
 #include "radiosity/io/solution_file.hpp"
 #include "radiosity/meshing/error.hpp"
+#include "radiosity/meshing/make_patches.hpp"
+#include "radiosity/rendering/pipeline.hpp"
+#include "radiosity/rendering/render.hpp"
 #include "stages.hpp"
 
 namespace radiosity::app {
 namespace {
 
-struct Lit {
-  PatchMesh mesh;
-  BandArray vertex_radiosity;
-  double exposure;
+struct Shown {
+  ViewScene scene;
+  std::optional<double> exposure;
   std::optional<Camera> camera;  ///< the scene file's
   bool converged = true;
 };
 
+ViewScene view_scene(PatchMesh patches, std::optional<BandArray> vertex_radiosity) {
+  const auto mesh = std::make_shared<const PatchMesh>(std::move(patches));
+  return {mesh, std::move(vertex_radiosity), lights_of_emitters(*mesh), ambient_irradiance(*mesh)};
+}
+
 /// A .vtp without radiosity arrays is a mesh like any other.
-std::optional<Lit> read_solved(Job& job) {
+std::optional<Shown> read_solved(Job& job) {
   const std::filesystem::path& file = job.options.scene;
   if (file.extension() != ".vtp" || !std::filesystem::is_regular_file(file)) return {};
   job.stage.lap();
@@ -33,19 +41,24 @@ std::optional<Lit> read_solved(Job& job) {
     job.console.line("solution", "{}, {} patches", file.string(), solved.mesh.patch_count());
     const double exposure =
         solved.exposure ? *solved.exposure : automatic_exposure(solved.mesh, solved.patch_radiosity);
-    return Lit{std::move(solved.mesh), std::move(solved.vertex_radiosity), exposure, {}};
+    return Shown{view_scene(std::move(solved.mesh), std::move(solved.vertex_radiosity)), exposure, {}};
   } catch (const IoError&) {
     return {};
   }
 }
 
-Lit solve_scene(Job& job) {
+Shown show_scene(Job& job, const PipelineInfo& pipeline) {
   const LoadedScene loaded = read_stage(job, job.options.scene);
+  if (!pipeline.solved) {
+    Patches patches = make_patches(loaded.scene, KeepFaces{});
+    warn(job, patches.warnings);
+    return {view_scene(std::move(patches.mesh), {}), {}, loaded.settings.camera};
+  }
   SolvedScene solved = solve_stage(job, {loaded.scene, {}, {}, {}, {}}, loaded.settings);
   const double exposure = automatic_exposure(solved.patches.mesh, solved.solution.radiosity);
   SolvedScene::Told told = solved.told_of_setup(0);
-  return {std::move(told.mesh), std::move(told.solution.vertex_radiosity), exposure, loaded.settings.camera,
-          job.report.converged};
+  return {view_scene(std::move(told.mesh), std::move(told.solution.vertex_radiosity)), exposure,
+          loaded.settings.camera, job.report.converged};
 }
 
 std::optional<Camera> camera_of(const std::filesystem::path& scene_file) {
@@ -64,30 +77,44 @@ Camera override_camera(Camera camera, const Options::View& view) {
   return camera;
 }
 
+/// What tells the exposure of a scene that was not solved.
+LinearImage coarse(const Pipeline& pipeline, const Camera& camera, DrawOptions options) {
+  options.width = std::max(1, options.width / 4);
+  options.height = std::max(1, options.height / 4);
+  options.samples = 1;
+  return pipeline.draw(camera, options);
+}
+
 }  // namespace
 
 int run_view(const Options& options) {
   Job job(options);
   check_outputs(options, ".png");
   std::optional<Camera> wanted = camera_of(options.view.camera_file);
-  auto solved = read_solved(job);
-  const Lit lit = solved ? *std::move(solved) : solve_scene(job);
-
   const Options::View& view = options.view;
-  if (!wanted) wanted = lit.camera;
-  const Camera camera = override_camera(wanted ? *wanted : automatic_camera(lit.mesh), view);
-  const double exposure = view.exposure.value_or(lit.exposure);
+  const PipelineInfo& info = find_pipeline(view.pipeline);
+  auto solved = read_solved(job);
+  Shown shown = solved ? *std::move(solved) : show_scene(job, info);
+
+  if (!wanted) wanted = shown.camera;
+  const Camera camera = override_camera(wanted ? *wanted : automatic_camera(*shown.scene.mesh), view);
   job.console.line("camera", "at {:.4g} {:.4g} {:.4g}, towards {:.4g} {:.4g} {:.4g}, {:.4g}° high",
                    camera.position.x(), camera.position.y(), camera.position.z(), camera.target.x(),
                    camera.target.y(), camera.target.z(), camera.vertical_fov_deg);
-  job.console.line("image", "{} × {} pixels, exposure {:.4g} /(W/m²)", view.width, view.height, exposure);
+  const std::unique_ptr<Pipeline> pipeline = info.make(std::move(shown.scene));
+  DrawOptions draw{.width = view.width, .height = view.height, .samples = view.samples};
+  const double exposure = view.exposure    ? *view.exposure
+                          : shown.exposure ? *shown.exposure
+                                           : automatic_exposure(coarse(*pipeline, camera, draw));
+  if (!info.random) draw.brightest = 1 / exposure;
+  job.console.line("image", "{} × {} pixels by {}, {} samples each, exposure {:.4g} /(W/m²)", view.width,
+                   view.height, info.name, view.samples, exposure);
   Outputs outputs(job);
   job.stage.lap();
   outputs.will_write(options.output);
-  write_png(options.output,
-            render(Visibility(lit.mesh), lit.vertex_radiosity, camera, view.width, view.height, exposure));
+  write_png(options.output, tone_map(pipeline->draw(camera, draw), exposure));
   outputs.finish();
-  return lit.converged ? kDone : kNotConverged;
+  return shown.converged ? kDone : kNotConverged;
 }
 
 }  // namespace radiosity::app

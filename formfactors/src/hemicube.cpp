@@ -7,8 +7,8 @@
 
 #include "item_buffer.hpp"
 #include "methods.hpp"
+#include "radiosity/formfactors/sampling.hpp"
 #include "radiosity/meshing/tolerances.hpp"
-#include "sampling.hpp"
 #include "viewpoints.hpp"
 
 namespace radiosity {

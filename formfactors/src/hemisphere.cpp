@@ -7,8 +7,8 @@
 #include <numeric>
 
 #include "methods.hpp"
+#include "radiosity/formfactors/sampling.hpp"
 #include "radiosity/meshing/error.hpp"
-#include "sampling.hpp"
 
 namespace radiosity {
 namespace {

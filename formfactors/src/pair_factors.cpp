@@ -5,8 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "radiosity/formfactors/sampling.hpp"
 #include "radiosity/meshing/tolerances.hpp"
-#include "sampling.hpp"
 
 namespace radiosity {
 

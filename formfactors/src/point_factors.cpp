@@ -11,8 +11,8 @@
 #include "occluders.hpp"
 #include "patch_groups.hpp"
 #include "polygon_factor.hpp"
+#include "radiosity/formfactors/sampling.hpp"
 #include "radiosity/meshing/tolerances.hpp"
-#include "sampling.hpp"
 
 namespace radiosity {
 namespace {

@@ -12,10 +12,10 @@
 #include <span>
 #include <string_view>
 
+#include "radiosity/formfactors/sampling.hpp"
 #include "radiosity/meshing/make_patches.hpp"
 #include "radiosity/meshing/surface_parts.hpp"
 #include "radiosity/meshing/tolerances.hpp"
-#include "sampling.hpp"
 
 namespace radiosity {
 namespace {

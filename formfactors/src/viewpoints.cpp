@@ -5,8 +5,8 @@
 #include <limits>
 #include <numbers>
 
+#include "radiosity/formfactors/sampling.hpp"
 #include "radiosity/meshing/tolerances.hpp"
-#include "sampling.hpp"
 
 namespace radiosity {
 namespace {

@@ -79,8 +79,14 @@ Json pictures(const Comparison& comparison, const ComparisonOrigin& origin) {
   json["most"] = std::pow(10.0, top);
   json["decades"] = kDecades;
   json["colours"] = kViridis;
-  json["scene"] = data_url(render(visibility, vertex_values(mesh, comparison.radiosity), camera, kWidth,
-                                  kHeight, automatic_exposure(mesh, comparison.radiosity), kSamples));
+  const double exposure = automatic_exposure(mesh, comparison.radiosity);
+  const auto second_pass =
+      find_pipeline("radiosity")
+          .make({std::make_shared<const PatchMesh>(mesh), vertex_values(mesh, comparison.radiosity)});
+  const LinearImage scene = second_pass->draw(
+      camera,
+      {.width = kWidth, .height = kHeight, .samples = kSamples * kSamples, .brightest = 1 / exposure});
+  json["scene"] = data_url(tone_map(scene, exposure));
   for (const auto& [run, where] : maps) {
     std::vector<Rgb8> colours;
     for (const double value : *where)

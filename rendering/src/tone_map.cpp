@@ -41,12 +41,25 @@ double automatic_exposure(const PatchMesh& mesh, const BandArray& patch_radiosit
   return quantile > 0 ? kNearWhite / quantile : 1;
 }
 
+double automatic_exposure(const LinearImage& image) {
+  if (image.radiosity.rows() == 0) return 1;
+  Eigen::ArrayXd brightest = image.radiosity.rowwise().maxCoeff();
+  double* const quantile = brightest.data() + (brightest.size() - 1) * 9 / 10;
+  std::nth_element(brightest.data(), quantile, brightest.data() + brightest.size());
+  const double bright = *quantile > 0 ? *quantile : brightest.maxCoeff();
+  return bright > 0 ? kNearWhite / bright : 1;
+}
+
 std::vector<Rgb8> tone_map(const BandArray& radiosity, double exposure) {
   std::vector<Rgb8> colours;
   colours.reserve(static_cast<std::size_t>(radiosity.rows()));
   for (Eigen::Index i = 0; i < radiosity.rows(); ++i)
     colours.push_back(bytes(display(radiosity.row(i), exposure)));
   return colours;
+}
+
+Image tone_map(const LinearImage& image, double exposure) {
+  return {image.width, image.height, tone_map(image.radiosity, exposure)};
 }
 
 }  // namespace radiosity

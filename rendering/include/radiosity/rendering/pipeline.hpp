@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "radiosity/rendering/pinhole.hpp"
+#include "radiosity/rendering/view_scene.hpp"
+
+namespace radiosity {
+
+/// An image in physical units: π L, the radiosity in W/m² of a perfect diffuser as bright as what is seen. A diffuse surface shows
+/// its radiosity B.
+struct LinearImage {
+  int width = 0, height = 0;
+  BandArray radiosity = {};  ///< pixels, row by row from the top, × bands
+  std::optional<BandArray> standard_error =
+      {};                 ///< of the mean of the samples, the same shape, where it was asked for
+  Index samples = 0;      ///< per pixel; 0: not every pixel was looked at, pixels stand for their neighbours
+  bool completed = true;  ///< false: `refined` asked to stop
+};
+
+struct DrawOptions {
+  int width = 800, height = 600;
+  Index samples = 4;  ///< per pixel, at places spread over it; their mean is the pixel
+  /// Samples brighter than this, in W/m², count as this: a lamp's edge is then as smooth as any other on a display that shows no more.
+  /// It would take light from pixels whose samples are random.
+  double brightest = std::numeric_limits<double>::infinity();
+  bool standard_error = false;  ///< wanted; it needs at least two samples
+  /// Called on the calling thread with better and better images: from 1/16 of the pixels, from 1/4, from all, then with each further
+  /// sample. False asks to stop. Without it the coarse ones are not drawn; the last image has the same bits.
+  std::function<bool(const LinearImage&)> refined = {};
+};
+
+/// One point in each square of stride × stride pixels, numbered row by row from the top.
+struct SampleGrid {
+  int width, height;  ///< of the image
+  int stride;         ///< pixels
+  double x, y;        ///< in [0, 1): place in the square, from its left and top
+  Index sample;       ///< which of each pixel's samples
+  int columns() const { return (width + stride - 1) / stride; }
+  int rows() const { return (height + stride - 1) / stride; }
+  double u(int column) const { return (column + x) * stride / width; }
+  double v(int row) const { return (row + y) * stride / height; }
+};
+
+struct PipelineOptions {
+  std::uint64_t seed = 1;  ///< of the random numbers, one stream per pixel and sample
+  int depth = 16;          ///< most surfaces that a ray is followed over
+};
+
+/// A way to make a picture. One object serves one scene, whatever the camera. Pipelines only look at points of the image plane: places
+/// of samples, their mean and their error, and coarse images are the duty of `draw`, which all share. Tone mapping comes after it.
+class Pipeline {
+ public:
+  virtual ~Pipeline() = default;
+  Pipeline(const Pipeline&) = delete;
+  Pipeline& operator=(const Pipeline&) = delete;
+
+  /// Throws InputError on an image without pixels or samples, or a camera without a view.
+  LinearImage draw(const Camera& camera, const DrawOptions& options = {}) const;
+
+ protected:
+  /// Throws InputError where the scene is not valid.
+  explicit Pipeline(ViewScene scene);
+
+  const ViewScene& scene() const { return scene_; }
+  const PatchMesh& mesh() const { return *scene_.mesh; }
+
+  /// π L in W/m² that arrives at `eye` through each point of the grid; the void is 0. values: points × bands, 0 when it is called. The
+  /// answer depends neither on the number of threads nor on other calls.
+  virtual void sample(const Pinhole& eye, const SampleGrid& grid, BandArray& values) const = 0;
+
+ private:
+  ViewScene scene_;
+};
+
+/// A row of the table of pipelines.
+struct PipelineInfo {
+  std::string_view name;
+  std::string_view summary;   ///< one line for --help
+  std::string_view citation;  ///< keys of references.bib
+  bool solved;                ///< draws a solution: the scene needs vertex_radiosity
+  bool random;                ///< its samples are random, so that their mean has a standard error
+  std::unique_ptr<Pipeline> (*factory)(ViewScene scene, const PipelineOptions& options);
+
+  /// Throws InputError where the scene is not valid or lacks the solution that is needed.
+  std::unique_ptr<Pipeline> make(ViewScene scene, const PipelineOptions& options = {}) const;
+};
+
+/// All pipelines. Tests, benchmarks and the command line read this table.
+std::span<const PipelineInfo> pipelines();
+
+/// Throws InputError that lists the names there are.
+const PipelineInfo& find_pipeline(std::string_view name);
+
+}  // namespace radiosity

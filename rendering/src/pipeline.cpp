@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "radiosity/rendering/pipeline.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+#include <vector>
+
+#include "pipelines.hpp"
+#include "radiosity/formfactors/sampling.hpp"
+#include "radiosity/meshing/error.hpp"
+
+namespace radiosity {
+namespace {
+
+constexpr std::array<PipelineInfo, 1> kPipelines{{
+    {"radiosity", "visible surfaces, vertex radiosities interpolated, no lighting step", "Goral1984", true,
+     false, make_second_pass},
+}};
+
+/// Places of a pixel's samples: in each of the n columns and n rows that it is divided into there is one, in its middle, so that edges
+/// near either axis have n + 1 shades. The ranks of the R2 sequence, whose beginnings are spread over the pixel as well. One sample is
+/// in the middle.
+std::vector<Sample2> places(Index n) {
+  std::vector<Sample2> points, result(static_cast<std::size_t>(n));
+  for (Index k = 0; k < n; ++k) points.push_back(r2_point(static_cast<std::uint64_t>(k), {0.5, 0.5}));
+  for (double Sample2::*axis : {&Sample2::u, &Sample2::v}) {
+    std::vector<std::size_t> order(points.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::sort(order.begin(), order.end(),
+              [&](std::size_t a, std::size_t b) { return points[a].*axis < points[b].*axis; });
+    for (std::size_t k = 0; k < order.size(); ++k)
+      result[order[k]].*axis = (static_cast<double>(k) + 0.5) / static_cast<double>(n);
+  }
+  return result;
+}
+
+/// A coarse image at full size: each pixel shows the sample of its square.
+LinearImage enlarged(const SampleGrid& grid, const BandArray& values) {
+  LinearImage image{grid.width, grid.height,
+                    BandArray(static_cast<Eigen::Index>(grid.width) * grid.height, values.cols())};
+  for (int y = 0, pixel = 0; y < grid.height; ++y)
+    for (int x = 0; x < grid.width; ++x, ++pixel)
+      image.radiosity.row(pixel) = values.row(y / grid.stride * grid.columns() + x / grid.stride);
+  return image;
+}
+
+}  // namespace
+
+Pipeline::Pipeline(ViewScene scene) : scene_(std::move(scene)) {
+  validate(scene_);
+}
+
+LinearImage Pipeline::draw(const Camera& camera, const DrawOptions& options) const {
+  const auto [width, height] = std::pair(options.width, options.height);
+  if (width < 1 || height < 1 || options.samples < 1)
+    throw InputError(fmt::format("image of {} x {} pixels with {} samples: all must be at least 1", width,
+                                 height, options.samples));
+  if (options.standard_error && options.samples < 2)
+    throw InputError("a standard error needs at least two samples per pixel, not 1");
+  const Pinhole eye(camera, width, height);
+  BandArray values;
+  const auto look = [&](const SampleGrid& grid) {
+    values.setZero(static_cast<Eigen::Index>(grid.columns()) * grid.rows(), mesh().bands());
+    sample(eye, grid, values);
+    values = values.min(options.brightest);
+  };
+  if (options.refined)
+    for (const int stride : {4, 2}) {
+      const SampleGrid grid{width, height, stride, 0.5, 0.5, 0};
+      look(grid);
+      LinearImage coarse = enlarged(grid, values);
+      if (options.refined(coarse)) continue;
+      coarse.completed = false;
+      return coarse;
+    }
+
+  const std::vector<Sample2> place = places(options.samples);
+  LinearImage image{width, height, {}};
+  BandArray sum, squares;
+  for (Index k = 0; k < options.samples; ++k) {
+    const auto [x, y] = place[static_cast<std::size_t>(k)];
+    look({width, height, 1, x, y, k});
+    if (k == 0) {
+      sum = values;
+      if (options.standard_error) squares = values.square();
+    } else {
+      sum += values;
+      if (options.standard_error) squares += values.square();
+    }
+    const double n = image.samples = k + 1;
+    const bool last = image.samples == options.samples;
+    if (!last && !options.refined) continue;
+    image.radiosity = sum / n;
+    if (options.standard_error && k > 0)
+      image.standard_error = ((squares / n - image.radiosity.square()).max(0) / (n - 1)).sqrt();
+    if (options.refined && !options.refined(image) && !last) {
+      image.completed = false;
+      break;
+    }
+  }
+  return image;
+}
+
+std::unique_ptr<Pipeline> PipelineInfo::make(ViewScene scene, const PipelineOptions& options) const {
+  if (solved && !scene.vertex_radiosity)
+    throw InputError(fmt::format("the pipeline '{}' shows a solution, and there is none", name));
+  return factory(std::move(scene), options);
+}
+
+std::span<const PipelineInfo> pipelines() {
+  return kPipelines;
+}
+
+const PipelineInfo& find_pipeline(std::string_view name) {
+  std::string names;
+  for (const auto& pipeline : kPipelines) {
+    if (pipeline.name == name) return pipeline;
+    names += names.empty() ? "" : ", ";
+    names += pipeline.name;
+  }
+  throw InputError(fmt::format("pipeline '{}' is unknown; there are {}", name, names));
+}
+
+}  // namespace radiosity

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <memory>
+
+#include "radiosity/rendering/pipeline.hpp"
+
+namespace radiosity {
+
+std::unique_ptr<Pipeline> make_second_pass(ViewScene, const PipelineOptions&);
+
+}  // namespace radiosity

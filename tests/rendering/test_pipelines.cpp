@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "radiosity/rendering/pipeline.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "io/files.hpp"
+#include "radiosity/formfactors/threads.hpp"
+#include "radiosity/rendering/light.hpp"
+#include "radiosity/rendering/tone_map.hpp"
+
+namespace radiosity::test {
+namespace {
+
+using std::numbers::pi;
+
+/// The closed unit cube from within, in one band; the wall at the largest y emits E.
+PatchMesh lit_cube(double emission, double reflectance) {
+  const PatchMesh cube = room({0, 0, 0}, {1, 1, 1}, false);
+  PatchMesh::Arrays arrays;
+  arrays.vertices = cube.vertices();
+  for (Index i = 0; i < cube.patch_count(); ++i) {
+    const auto corners = cube.corners(i);
+    arrays.corners.insert(arrays.corners.end(), corners.begin(), corners.end());
+    arrays.patch_start.push_back(static_cast<Index>(arrays.corners.size()));
+    arrays.patch_surface.push_back(i);
+    arrays.patch_material.push_back(i == 3 ? 1 : 0);
+  }
+  const BandValues rho = BandValues::Constant(1, reflectance);
+  arrays.materials = {material("wall", rho, BandValues::Zero(1)),
+                      material("lamp", rho, BandValues::Constant(1, emission))};
+  return PatchMesh(std::move(arrays));
+}
+
+ViewScene lit_scene() {
+  const auto mesh = std::make_shared<const PatchMesh>(lit_cube(3, 0.5));
+  BandArray values(mesh->vertex_count(), 1);
+  for (Index v = 0; v < mesh->vertex_count(); ++v) values(v, 0) = 1 + v % 5;
+  return {mesh, values, lights_of_emitters(*mesh), ambient_irradiance(*mesh)};
+}
+
+Camera inside() {
+  Camera camera;
+  camera.position = {0.3, 0.4, 0.9};
+  camera.target = {0.5, 0.5, 0};
+  camera.vertical_fov_deg = 80;
+  return camera;
+}
+
+TEST(Pipelines, AreFoundByTheirNames) {
+  std::set<std::string_view> names;
+  for (const PipelineInfo& info : pipelines()) {
+    EXPECT_TRUE(names.insert(info.name).second) << info.name;
+    EXPECT_EQ(&find_pipeline(info.name), &info);
+    EXPECT_FALSE(info.summary.empty());
+    EXPECT_FALSE(info.citation.empty());
+  }
+  EXPECT_THAT(message_of<InputError>([] { find_pipeline("z-buffer"); }),
+              testing::HasSubstr("there are radiosity"));
+}
+
+TEST(Pipelines, GiveTheSameBitsOnAnyNumberOfThreadsAndWithCoarseImagesFirst) {
+  const DrawOptions plain{.width = 23, .height = 17, .samples = 3, .standard_error = true};
+  for (const PipelineInfo& info : pipelines()) {
+    const auto pipeline = info.make(lit_scene());
+    const LinearImage image = pipeline->draw(inside(), plain);
+    EXPECT_TRUE(image.completed);
+    EXPECT_EQ(image.samples, 3);
+    EXPECT_GT(image.radiosity.minCoeff(), 0) << info.name;  // a closed room
+    const ThreadLimit limit(1);
+    std::vector<Index> samples;
+    DrawOptions watched = plain;
+    watched.refined = [&](const LinearImage& shown) {
+      samples.push_back(shown.samples);
+      EXPECT_EQ(shown.radiosity.rows(), 23 * 17);
+      return true;
+    };
+    const LinearImage refined = pipeline->draw(inside(), watched);
+    EXPECT_TRUE((refined.radiosity == image.radiosity).all()) << info.name;
+    EXPECT_TRUE((*refined.standard_error == *image.standard_error).all()) << info.name;
+    EXPECT_EQ(samples, (std::vector<Index>{0, 0, 1, 2, 3}));
+  }
+}
+
+TEST(Pipelines, StopWithTheBestImageWhenAsked) {
+  for (const PipelineInfo& info : pipelines()) {
+    const auto pipeline = info.make(lit_scene());
+    const LinearImage one = pipeline->draw(inside(), {.width = 8, .height = 8, .samples = 1});
+    for (int calls = 1; calls <= 5; ++calls) {
+      int left = calls;
+      LinearImage best;
+      const LinearImage image = pipeline->draw(
+          inside(), {.width = 8, .height = 8, .samples = 3, .refined = [&](const LinearImage& shown) {
+                       best = shown;
+                       return --left > 0;
+                     }});
+      EXPECT_EQ(image.completed, calls == 5);
+      EXPECT_EQ(image.samples, std::max(0, calls - 2));
+      EXPECT_TRUE((image.radiosity == best.radiosity).all());
+    }
+    EXPECT_EQ(one.samples, 1);
+  }
+}
+
+TEST(Pipelines, RefuseWhatCannotBeDrawn) {
+  for (const PipelineInfo& info : pipelines()) {
+    const auto pipeline = info.make(lit_scene());
+    EXPECT_THROW(pipeline->draw(inside(), {.width = 0}), InputError);
+    EXPECT_THROW(pipeline->draw(inside(), {.height = -1}), InputError);
+    EXPECT_THROW(pipeline->draw(inside(), {.samples = 0}), InputError);
+    EXPECT_THROW(pipeline->draw(inside(), {.samples = 1, .standard_error = true}), InputError);
+    EXPECT_THROW(info.make({}), InputError);
+    ViewScene scene = lit_scene();
+    if (info.solved) {
+      scene.vertex_radiosity.reset();
+      EXPECT_THAT(message_of<InputError>([&] { info.make(scene); }), testing::HasSubstr("shows a solution"));
+    }
+    scene.vertex_radiosity = BandArray::Ones(3, 1);
+    EXPECT_THROW(info.make(scene), InputError);
+    scene = lit_scene();
+    scene.ambient = BandValues::Ones(2);
+    EXPECT_THROW(info.make(scene), InputError);
+    scene = lit_scene();
+    scene.lights[0].intensity[0] = -1;
+    EXPECT_THAT(message_of<InputError>([&] { info.make(scene); }), testing::HasSubstr("light 'lamp'"));
+  }
+}
+
+// The edge x = 0 of a half-plane over the middle of a pixel that n samples divide into n columns: half of them, or one less or more.
+TEST(Pipelines, SpreadSamplesOverThePixel) {
+  const auto half =
+      std::make_shared<const PatchMesh>(one_patch({{-9, -9, 0}, {0, -9, 0}, {0, 9, 0}, {-9, 9, 0}}, 1));
+  Camera camera;
+  camera.position = {0, 0, 1};
+  camera.vertical_fov_deg = 90;
+  const auto pipeline = find_pipeline("radiosity").make({half, BandArray::Ones(4, 1)});
+  for (const Index n : {2, 4, 5, 16, 64}) {
+    for (const double roll : {0.0, 90.0, 180.0, 270.0}) {
+      camera.up = {std::sin(roll * pi / 180), std::cos(roll * pi / 180), 0};
+      const double seen = pipeline->draw(camera, {.width = 1, .height = 1, .samples = n}).radiosity(0, 0);
+      EXPECT_NEAR(seen * static_cast<double>(n), static_cast<double>(n) / 2, n % 2 == 0 ? 1e-9 : 0.5 + 1e-9);
+    }
+  }
+}
+
+TEST(Pipelines, TellTheStandardErrorOfTheMean) {
+  // Half of four samples see 1, half 0: s² = 1/3, so that of the mean is √(1/12).
+  const auto half =
+      std::make_shared<const PatchMesh>(one_patch({{-9, -9, 0}, {0, -9, 0}, {0, 9, 0}, {-9, 9, 0}}, 1));
+  Camera camera;
+  camera.position = {0, 0, 1};
+  const auto pipeline = find_pipeline("radiosity").make({half, BandArray::Ones(4, 1)});
+  const LinearImage image =
+      pipeline->draw(camera, {.width = 1, .height = 1, .samples = 4, .standard_error = true});
+  EXPECT_NEAR((*image.standard_error)(0, 0), std::sqrt(1.0 / 12), 1e-15);
+}
+
+TEST(AutomaticExposure, OfAnImageLeavesATenthOfThePixelsAboveNearWhite) {
+  LinearImage image{10, 1, BandArray::Zero(10, 2)};
+  for (Index k = 0; k < 10; ++k) image.radiosity(k, k % 2) = 10 - k;
+  EXPECT_DOUBLE_EQ(automatic_exposure(image), 0.8 / 9);
+  image.radiosity.setZero();
+  EXPECT_EQ(automatic_exposure(image), 1);
+}
+
+// From an area A that emits E, on its axis: E A / (π d² + A), the factor to a disk [Howell]: r² / (r² + d²).
+TEST(Lights, OfAnEmitterGiveTheIrradianceOfADiskOnItsAxis) {
+  const PatchMesh cube = lit_cube(3, 0.5);
+  const std::vector<Light> lights = lights_of_emitters(cube);
+  ASSERT_EQ(lights.size(), 1U);
+  EXPECT_EQ(lights[0].name, "lamp");
+  EXPECT_TRUE(lights[0].position.isApprox(Vec3(0.5, 1, 0.5), 1e-15));
+  const double r2 = 1 / pi;
+  for (const double d : {0.0, 0.1, 1.0}) {
+    const Arriving light = arriving(lights[0], {0.5, 1 - d, 0.5});
+    EXPECT_NEAR(light.share * lights[0].intensity[0], 3 * r2 / (r2 + d * d), 1e-15);
+    EXPECT_TRUE(light.to.isApprox(Vec3(0, 1, 0)));
+    EXPECT_DOUBLE_EQ(light.distance, d);
+  }
+  // Aside by 45°: the cosine at the lamp, and twice the distance squared.
+  EXPECT_NEAR(arriving(lights[0], {1, 0.5, 0.5}).share, std::sqrt(0.5) / (r2 + 0.5), 1e-15);
+  EXPECT_EQ(arriving(lights[0], {0.5, 2, 0.5}).share, 0);  // behind it
+}
+
+TEST(Lights, FollowTheirAttenuationAndDirection) {
+  const Light point{
+      .name = "p", .position = {1, 2, 3}, .intensity = BandValues::Ones(1), .attenuation = {1, 2, 3}};
+  EXPECT_DOUBLE_EQ(arriving(point, {1, 2, 1}).share, 1.0 / (1 + 2 * 2 + 3 * 4));
+  const Light sun{.name = "s",
+                  .kind = LightKind::directional,
+                  .direction = {0, -0.6, 0.8},
+                  .intensity = BandValues::Ones(1)};
+  EXPECT_EQ(arriving(sun, {1, 1, 1}).share, 1);
+  EXPECT_TRUE(arriving(sun, {1, 1, 1}).to.isApprox(Vec3(0, 0.6, -0.8)));
+  Light bad = sun;
+  bad.direction *= 2;
+  EXPECT_THAT(message_of<InputError>([&] { validate(bad, 1); }),
+              testing::HasSubstr("light 's': direction 0 -1.2 1.6"));
+  bad = point;
+  bad.attenuation = {0, 0, 0};
+  EXPECT_THAT(message_of<InputError>([&] { validate(bad, 1); }), testing::HasSubstr("not all 0"));
+  EXPECT_THAT(message_of<InputError>([&] { validate(point, 3); }), testing::HasSubstr("1 bands"));
+}
+
+// Ē = 3/6, ρ̄ = 1/2: H_a = ½ · ½ / ½. With the mean direct irradiance Ē it is the furnace's 1 W/m² = Ē / (1 − ρ̄).
+TEST(Lights, AmbientIrradianceIsThatOfAnEvenlyLitRoom) {
+  EXPECT_DOUBLE_EQ(ambient_irradiance(lit_cube(3, 0.5))[0], 0.5);
+  EXPECT_EQ(ambient_irradiance(lit_cube(3, 1))[0], 0);
+}
+
+TEST(VertexNormals, AreTheMeanOfWhatMeetsAtTheVertex) {
+  // The corner of a cube, its faces sharing vertices: the one in the middle looks along the diagonal.
+  PatchMesh::Arrays arrays;
+  arrays.vertices = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {0, 1, 1}};
+  arrays.corners = {0, 1, 2, 3, 0, 4, 5, 1, 0, 3, 6, 4};
+  arrays.patch_start = {0, 4, 8, 12};
+  arrays.patch_surface = {0, 1, 2};
+  arrays.patch_material = {0, 0, 0};
+  arrays.materials = {material("wall", BandValues::Constant(1, 0.5), BandValues::Zero(1))};
+  const std::vector<Vec3> normals = vertex_normals(PatchMesh(std::move(arrays)));
+  EXPECT_TRUE(normals[0].isApprox(Vec3(1, 1, 1).normalized()));
+  EXPECT_TRUE(normals[1].isApprox(Vec3(0, 1, 1).normalized()));
+  EXPECT_TRUE(normals[2].isApprox(Vec3(0, 0, 1)));
+}
+
+}  // namespace
+}  // namespace radiosity::test
