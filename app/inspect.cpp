@@ -30,15 +30,14 @@ std::string sides_text(Sides sides) {
 
 void print_materials(const Console& console, const Scene& scene) {
   std::vector<Index> faces(scene.materials().size());
-  for (Index f = 0; f < scene.face_count(); ++f) ++faces[static_cast<std::size_t>(scene.material(f))];
+  for (Index f = 0; f < scene.face_count(); ++f) ++faces[scene.material(f)];
 
   std::vector<std::vector<std::string>> rows = {
       {"material", "faces", "area m²", "sides", "reflectance", "emission"}};
   for (Index m = 0; m < static_cast<Index>(scene.materials().size()); ++m) {
-    const Material& material = scene.materials()[static_cast<std::size_t>(m)];
-    rows.push_back({material.name, fmt::format("{}", faces[static_cast<std::size_t>(m)]),
-                    fmt::format("{:.4g}", scene.material_area(m)), sides_text(material.sides),
-                    band_text(material.reflectance),
+    const Material& material = scene.materials()[m];
+    rows.push_back({material.name, fmt::format("{}", faces[m]), fmt::format("{:.4g}", scene.material_area(m)),
+                    sides_text(material.sides), band_text(material.reflectance),
                     band_text(material.emission) + (material.emits_power ? " W" : " W/m²")});
   }
   std::vector<std::size_t> widths(rows.front().size());

@@ -86,7 +86,7 @@ Reference reference(const BenchScene& scene, Index row_count) {
   const FormFactorMethodInfo& info = find_form_factor_method("analytic");
   const auto method = info.make(visibility, {.samples = 16 * info.defaults.samples});
   tbb::parallel_for(std::size_t{0}, out.rows.size(), [&](std::size_t r) {
-    const auto parent = [&](Index i) { return scene.finer ? scene.parent[static_cast<std::size_t>(i)] : i; };
+    const auto parent = [&](Index i) { return scene.finer ? scene.parent[i] : i; };
     for (Index i = 0; i < mesh.patch_count(); ++i) {
       if (parent(i) != out.rows[r]) continue;
       method->rows(

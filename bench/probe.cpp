@@ -55,7 +55,7 @@ std::vector<Place> places(const Visibility& visibility, Index count) {
       while (j + 1 < mesh.patch_count() && where >= mesh.area(j)) where -= mesh.area(j++);
       if (visibility.covered(j) || (mesh.material_of(j).emission > 0).any()) continue;
       const auto triangles = mesh.triangles(j);
-      const auto& t = triangles[static_cast<std::size_t>(random() % triangles.size())];
+      const auto& t = triangles[random() % triangles.size()];
       const double root = std::sqrt(draw()), s = draw();
       const Vec3 x =
           (1 - root) * mesh.vertex(t[0]) + root * (1 - s) * mesh.vertex(t[1]) + root * s * mesh.vertex(t[2]);
@@ -81,7 +81,7 @@ Reference reference(const Visibility& visibility, const std::vector<Place>& all,
   const auto n = static_cast<Eigen::Index>(all.size());
   Reference result{BandArray(n, visibility.mesh().bands()), BandArray(n, visibility.mesh().bands())};
   tbb::parallel_for(Eigen::Index{0}, n, [&](Eigen::Index s) {
-    const Place& place = all[static_cast<std::size_t>(s)];
+    const Place& place = all[s];
     const auto traced = test::path_traced(visibility, place.sensor, place.patch, paths,
                                           seed * 1'000'003 + static_cast<std::uint64_t>(s));
     result.irradiance.row(s) = traced.irradiance.transpose();

@@ -50,7 +50,7 @@ Reflectance reflectance(const PatchMesh& mesh, double absorptance) {
   for (Index i = 0; i < n; ++i) {
     while (static_cast<Index>(of_surface.size()) <= mesh.surface(i))
       of_surface.push_back(0.2 + 0.7 * test::uniform(random));
-    rho(i, 0) = of_surface[static_cast<std::size_t>(mesh.surface(i))];
+    rho(i, 0) = of_surface[mesh.surface(i)];
   }
   return {"mixed 0.2–0.9", rho, 1 - rho};
 }
@@ -127,7 +127,7 @@ void bandwidth(Index n) {
   rows.n = n;
   const float each = 1.0F / static_cast<float>(n);
   rows.values.assign(static_cast<std::size_t>(n) * static_cast<std::size_t>(n), each);
-  rows.escaped.assign(static_cast<std::size_t>(n), 1 - n * static_cast<double>(each));
+  rows.escaped.assign(n, 1 - n * static_cast<double>(each));
   const FormFactorMatrix f(std::move(rows));
   fmt::print("\n| bands | GB/s of F, dense, {} patches | of one band's |\n|---|---|---|\n", n);
   double one = 0;

@@ -21,14 +21,14 @@ Eigen::MatrixXd as_dense(const FormFactorRows& f) {
 }
 
 RawRows raw_rows(const FormFactorMethod& method, Index n, bool upper) {
-  RawRows rows{Eigen::MatrixXd::Zero(n, n), std::vector<std::optional<double>>(static_cast<std::size_t>(n))};
+  RawRows rows{Eigen::MatrixXd::Zero(n, n), std::vector<std::optional<double>>(n)};
   std::mutex mutex;
   method.rows(0, n, upper,
               [&](Index i, std::span<const Index> columns, std::span<const double> values,
                   std::optional<double> escaped) {
                 const std::lock_guard lock(mutex);
                 for (std::size_t k = 0; k < columns.size(); ++k) rows.f(i, columns[k]) = values[k];
-                rows.escape[static_cast<std::size_t>(i)] = escaped;
+                rows.escape[i] = escaped;
               });
   return rows;
 }

@@ -19,7 +19,7 @@ Eigen::MatrixXd as_dense(const FormFactorRows& f);
 struct RawRows {
   Eigen::MatrixXd f;                          ///< n × n
   std::vector<std::optional<double>> escape;  ///< as passed to the sink
-  std::optional<double> escaped(Index i) const { return escape[static_cast<std::size_t>(i)]; }
+  std::optional<double> escaped(Index i) const { return escape[i]; }
 };
 RawRows raw_rows(const FormFactorMethod& method, Index n, bool upper = false);
 

@@ -101,9 +101,7 @@ MeshBuilder& MeshBuilder::sphere(const Vec3& centre, double radius, int subdivis
     std::map<std::pair<Index, Index>, Index> middles;
     const auto middle = [&](Index a, Index b) {
       const auto [at, fresh] = middles.try_emplace(std::minmax(a, b), static_cast<Index>(points.size()));
-      if (fresh)
-        points.push_back(
-            (points[static_cast<std::size_t>(a)] + points[static_cast<std::size_t>(b)]).normalized());
+      if (fresh) points.push_back((points[a] + points[b]).normalized());
       return at->second;
     };
     std::vector<std::array<Index, 3>> finer;

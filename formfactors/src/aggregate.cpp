@@ -21,8 +21,7 @@ FormFactorMatrix aggregate(const FormFactorMatrix& f, const Eigen::ArrayXd& area
         fmt::format("form factors of larger patches: F has {} rows, there are {} areas and {} parents", n,
                     areas.size(), coarsening.parent.size()));
   std::vector<std::vector<Index>> members(count);
-  for (std::size_t i = 0; i < n; ++i)
-    members[static_cast<std::size_t>(coarsening.parent[i])].push_back(static_cast<Index>(i));
+  for (std::size_t i = 0; i < n; ++i) members[coarsening.parent[i]].push_back(static_cast<Index>(i));
 
   const Eigen::ArrayXd escaped_of = f.escaped();
   RowList rows(count);
@@ -39,8 +38,8 @@ FormFactorMatrix aggregate(const FormFactorMatrix& f, const Eigen::ArrayXd& area
         const FormFactorRow row = f.row(i);
         for_each_entry(row, [&](Index j, float f_ij) {
           if (f_ij == 0) return;
-          const Index column = coarsening.parent[static_cast<std::size_t>(j)];
-          double& sum = sums[static_cast<std::size_t>(column)];
+          const Index column = coarsening.parent[j];
+          double& sum = sums[column];
           if (sum == 0) met.push_back(column);
           sum += areas[i] * static_cast<double>(f_ij);
         });
@@ -50,7 +49,7 @@ FormFactorMatrix aggregate(const FormFactorMatrix& f, const Eigen::ArrayXd& area
       std::sort(met.begin(), met.end());
       diagonals[g] = diagonal / area;
       for (const Index j : met) {
-        const double exact = std::exchange(sums[static_cast<std::size_t>(j)], 0) / area;
+        const double exact = std::exchange(sums[j], 0) / area;
         rows[g].push_back({j, rounded_down(exact)});
         diagonals[g] += exact - static_cast<double>(rows[g].back().value);
       }

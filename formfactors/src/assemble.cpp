@@ -106,7 +106,7 @@ AssembledFormFactors assemble(const FormFactorMethod& method, const Visibility& 
     report.pair_rows = options.pair_rows;
     if (!report.pair_rows) {
       const Eigen::ArrayXd sums = row_sums(rows);
-      PairwisePatches chosen = pairwise_patches(method, visibility, {sums.data(), at(n)});
+      PairwisePatches chosen = pairwise_patches(method, visibility, std::span(sums.data(), n));
       require_memory(method, n, static_cast<double>(count_entries(rows)) / std::max<Index>(n, 1),
                      chosen.patches.size(), options.memory_limit_bytes);
       report.pair_rows = compute_pairs(chosen, areas, options.progress);
@@ -124,7 +124,7 @@ AssembledFormFactors assemble(const FormFactorMethod& method, const Visibility& 
     // Where nothing stands between two patches the rows of all of them are exact: cells may miss a narrow gap.
     if (computed.escaped)
       for (const Index i : visibility.convex() ? replaced.patches : report.pair_rows->misjudged)
-        (*computed.escaped)[i] = std::max(0.0, 1 - sum(rows[at(i)]));
+        (*computed.escaped)[i] = std::max(0.0, 1 - sum(rows[i]));
   }
 
   const bool close = options.close && !method.exact() && report.completed;

@@ -50,7 +50,7 @@ std::shared_ptr<const PairRows> compute_pairs(const PairwisePatches& chosen, con
 /// Patches whose rows and columns are computed pair by pair.
 struct ReplacedRows {
   explicit ReplacedRows(Index n, std::vector<Index> replaced = {});
-  bool has(Index i) const { return is[at(i)] != 0; }
+  bool has(Index i) const { return is[i] != 0; }
 
   std::vector<Index> patches;    ///< ascending
   std::vector<std::uint8_t> is;  ///< of all patches
@@ -81,7 +81,7 @@ struct RowScaling {
   Eigen::ArrayXd d, s, c;
   ReplacedRows replaced;
   double operator()(Index i, Index j) const {
-    const bool sampled = (replaced.is[at(i)] | replaced.is[at(j)]) == 0;
+    const bool sampled = (replaced.is[i] | replaced.is[j]) == 0;
     return (sampled ? d[i] * d[j] : c[i] * c[j]) * std::min(s[i], s[j]);
   }
 };

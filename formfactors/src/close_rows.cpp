@@ -14,14 +14,14 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 struct Scaled {
   Eigen::ArrayXd factor;
   std::vector<std::uint8_t> frozen;  // rows that do not agree with the others, left as they are
-  explicit Scaled(Index n) : factor(Eigen::ArrayXd::Ones(n)), frozen(at(n), 0) {}
+  explicit Scaled(Index n) : factor(Eigen::ArrayXd::Ones(n)), frozen(n, 0) {}
   // Multiplies factor i; a row that would need more than sampling could have missed is frozen.
   void multiply(Index i, double by) {
-    if (frozen[at(i)] != 0) return;
+    if (frozen[i] != 0) return;
     factor[i] *= by;
     if (factor[i] >= 1 / tolerance::kMostScaling && factor[i] <= tolerance::kMostScaling) return;
     factor[i] = 1;
-    frozen[at(i)] = 1;
+    frozen[i] = 1;
   }
 };
 
@@ -35,7 +35,7 @@ Eigen::ArrayXd scale_replaced(const RowList& rows, const Eigen::ArrayXd& target,
     Eigen::ArrayXd by = Eigen::ArrayXd::Ones(n);
     for (const Index i : replaced) {
       double reached = 0;
-      for (const Entry& e : rows[at(i)]) reached += static_cast<double>(e.value) * whole.factor[e.column];
+      for (const Entry& e : rows[i]) reached += static_cast<double>(e.value) * whole.factor[e.column];
       if (reached > 0) by[i] = std::sqrt(target[i] * areas[i] / (whole.factor[i] * reached));
     }
     for (const Index i : replaced) whole.multiply(i, by[i]);
@@ -70,7 +70,7 @@ RowScaling scaling_to_row_sums(const RowList& rows, const Eigen::ArrayXd& row_ta
   if (!replaced.patches.empty()) {
     out.c = scale_replaced(rows, row_target, areas, replaced.patches);
     for_each_row(n, [&](Index i) {
-      for (const Entry& e : rows[at(i)])
+      for (const Entry& e : rows[i])
         if (replaced.has(i) || replaced.has(e.column))
           target[i] -= out.c[i] * out.c[e.column] * static_cast<double>(e.value) / areas[i];
     });
@@ -79,14 +79,14 @@ RowScaling scaling_to_row_sums(const RowList& rows, const Eigen::ArrayXd& row_ta
   Eigen::ArrayXd& d = sampled.factor;
   for (const Index i : replaced.patches) {
     d[i] = 0;
-    sampled.frozen[at(i)] = 1;
+    sampled.frozen[i] = 1;
   }
   const auto product = [&](const Eigen::ArrayXd& x) {  // of the scaled F
     Eigen::ArrayXd y(n);
     const Eigen::ArrayXd dx = d * x;
     for_each_row(n, [&](Index i) {
       y[i] = d[i] / areas[i] *
-             sum(rows[at(i)], [&](const Entry& e) { return static_cast<double>(e.value) * dx[e.column]; });
+             sum(rows[i], [&](const Entry& e) { return static_cast<double>(e.value) * dx[e.column]; });
     });
     return y;
   };
@@ -101,7 +101,7 @@ RowScaling scaling_to_row_sums(const RowList& rows, const Eigen::ArrayXd& row_ta
       best_reached = reached;
     }
     Eigen::ArrayXd free(n);
-    for (Index i = 0; i < n; ++i) free[i] = sampled.frozen[at(i)] == 0 ? 1 : 0;
+    for (Index i = 0; i < n; ++i) free[i] = sampled.frozen[i] == 0 ? 1 : 0;
     const double error = (free * missing.abs()).mean();
     if ((free * missing.abs()).maxCoeff() <= kEnough || !(error <= 0.5 * before) || step == kSteps) break;
     before = error;
@@ -124,9 +124,9 @@ RowScaling scaling_to_row_sums(const RowList& rows, const Eigen::ArrayXd& row_ta
       rr = next;
     }
     for (Index i = 0; i < n; ++i) {
-      if (sampled.frozen[at(i)] != 0) continue;
+      if (sampled.frozen[i] != 0) continue;
       sampled.multiply(i, std::exp(std::clamp(delta[i], -1.0, 1.0)));
-      if (sampled.frozen[at(i)] != 0) before = kInfinity;  // another problem
+      if (sampled.frozen[i] != 0) before = kInfinity;  // another problem
     }
   }
   reached = best_reached + (row_target - target);

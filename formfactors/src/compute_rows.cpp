@@ -25,8 +25,8 @@ void require_factors(Index i, std::span<const Index> columns, std::span<const do
 void mirror(RowList& upper, const Eigen::ArrayXd& areas) {
   const RowList lower = transpose(upper, upper.size());
   for_each_row(static_cast<Index>(upper.size()), [&](Index j) {
-    const Row& left = lower[at(j)];
-    Row& row = upper[at(j)];
+    const Row& left = lower[j];
+    Row& row = upper[j];
     Row full;
     full.reserve(left.size() + row.size());
     for (const Entry& e : left)
@@ -42,14 +42,14 @@ ComputedRows compute_rows(const FormFactorMethod& method, const Eigen::ArrayXd& 
                           const Progress& progress) {
   const auto n = static_cast<Index>(areas.size());
   const bool upper = method.reciprocal();
-  ComputedRows out{RowList(at(n)), Eigen::ArrayXd::Zero(n)};
+  ComputedRows out{RowList(n), Eigen::ArrayXd::Zero(n)};
   std::atomic<bool> told = n > 0;
   const auto compute = [&](Index first, Index last) {
     method.rows(first, last, upper,
                 [&](Index i, std::span<const Index> columns, std::span<const double> values,
                     std::optional<double> escaped) {
                   require_factors(i, columns, values);
-                  Row& row = out.rows[at(i)];
+                  Row& row = out.rows[i];
                   row.resize(values.size());
                   for (std::size_t k = 0; k < row.size(); ++k) row[k] = {columns[k], rounded_down(values[k])};
                   if (escaped)

@@ -54,7 +54,7 @@ std::string FormFactorMatrix::fault_of(Index i) const {
     if (!(f >= 0 && std::isfinite(f))) return fmt::format("{} is not a share of light", f);
     sum += static_cast<double>(f);
   }
-  const double escaped = rows_.escaped[static_cast<std::size_t>(i)];
+  const double escaped = rows_.escaped[i];
   if (std::abs(1 - sum - r.diagonal - escaped) <= tolerance::kNotLost) return {};
   return fmt::format("factors {}, diagonal {} and escaped {} do not add up to 1", sum, r.diagonal, escaped);
 }
@@ -104,10 +104,10 @@ Eigen::ArrayXd FormFactorMatrix::diagonal() const {
 
 double FormFactorMatrix::operator()(Index i, Index j) const {
   const FormFactorRow r = row(i);
-  if (r.dense()) return static_cast<double>(r.values[static_cast<std::size_t>(j)]);
+  if (r.dense()) return static_cast<double>(r.values[j]);
   const auto found = std::lower_bound(r.columns.begin(), r.columns.end(), j);
   if (found == r.columns.end() || *found != j) return 0;
-  return static_cast<double>(r.values[static_cast<std::size_t>(found - r.columns.begin())]);
+  return static_cast<double>(r.values[found - r.columns.begin()]);
 }
 
 }  // namespace radiosity

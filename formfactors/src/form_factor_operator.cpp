@@ -136,7 +136,7 @@ void FormFactorRows::multiply(const BandArray& x, BandArray& y) const {
     std::size_t count = 0;
     for (Index i = block.begin(); i != block.end(); ++i) {
       const FormFactorRow r = row(i, buffer);
-      diagonal[static_cast<std::size_t>(i - block.begin())] = r.diagonal;
+      diagonal[i - block.begin()] = r.diagonal;
       const float* const f = r.values.data();
       if (!r.dense()) {
         sparse_row(r, x.data(), bands, &y(i, 0));
@@ -147,8 +147,7 @@ void FormFactorRows::multiply(const BandArray& x, BandArray& y) const {
       }
     }
     if (count > 0) dense_rows(dense.data(), count, by_band.data(), n, bands, &y(block.begin(), 0));
-    for (Index i = block.begin(); i != block.end(); ++i)
-      y.row(i) += diagonal[static_cast<std::size_t>(i - block.begin())] * x.row(i);
+    for (Index i = block.begin(); i != block.end(); ++i) y.row(i) += diagonal[i - block.begin()] * x.row(i);
   };
   tbb::parallel_for(tbb::blocked_range<Index>(0, size(), kBlock), multiply_block, tbb::simple_partitioner());
 }

@@ -43,10 +43,9 @@ ItemArrays::ItemArrays(const Visibility& visibility) {
     y.push_back(p.y());
     z.push_back(p.z());
   }
-  plane_of.resize(static_cast<std::size_t>(mesh.patch_count()));
+  plane_of.resize(mesh.patch_count());
   for (const Facet& facet : visibility.facets()) {
-    for (const Index i : facet.patches)
-      plane_of[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(nx.size());
+    for (const Index i : facet.patches) plane_of[i] = static_cast<std::int32_t>(nx.size());
     const bool whole = facet.patches.size() > 1;
     const Vec3& n = whole ? facet.pieces[0].normal : mesh.normal(facet.patches[0]);
     nx.push_back(n.x());
@@ -62,7 +61,7 @@ ItemArrays::ItemArrays(const Visibility& visibility) {
   };
   for (Index i = 0; i < mesh.patch_count(); ++i) {
     if (visibility.covered(i)) continue;
-    const std::int32_t p = plane_of[static_cast<std::size_t>(i)];
+    const std::int32_t p = plane_of[i];
     const std::int32_t shown = item_buffer::kLost + 1 + static_cast<std::int32_t>(i);
     const auto c = mesh.corners(i);
     if (is_convex_quad(mesh, i)) {  // planar: drawn in one piece
@@ -218,7 +217,7 @@ void Hemicube::rows(Index first, Index last, bool, const Sink& sink) const {
     }
     RandomStream random(seed_, static_cast<std::uint64_t>(i));
     const Vec3& n = mesh.normal(i);
-    const auto own = static_cast<std::size_t>(arrays_.plane_of[static_cast<std::size_t>(i)]);
+    const auto own = static_cast<std::size_t>(arrays_.plane_of[i]);
     Vec3 t, b;
     tangents(n, t, b);
     for (const Viewpoint& point : viewpoints(mesh, i, points_)) {

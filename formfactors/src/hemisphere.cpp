@@ -57,9 +57,9 @@ class Hemisphere final : public FormFactorMethod {
 std::vector<Hemisphere::Packet> Hemisphere::directions(std::uint64_t set) const {
   RandomStream random(seed_, ~set);  // patches have the streams 0, 1, …
   const double cell = 1.0 / (4 * blocks_);
-  std::vector<Packet> packets(static_cast<std::size_t>(blocks_ * blocks_));
+  std::vector<Packet> packets(blocks_ * blocks_);
   for (int block = 0; block < blocks_ * blocks_; ++block) {
-    Packet& packet = packets[static_cast<std::size_t>(block)];
+    Packet& packet = packets[block];
     for (int k = 0; k < 16; ++k) {
       const auto lane = static_cast<std::size_t>(k);
       const Sample2 disk = concentric_disk({(block % blocks_ * 4 + k % 4 + random.uniform()) * cell,

@@ -323,16 +323,15 @@ Occluders::View Occluders::approach(Index i, std::span<const Vec3> p, std::size_
                             group_sides_.facing[b];
     for (; between != 0; between &= between - 1) {
       const int o = static_cast<int>(w * 64) + std::countr_zero(between);
-      if (box.intersects(polygons_[static_cast<std::size_t>(o)].box)) scratch.near.push_back(o);
+      if (box.intersects(polygons_[o].box)) scratch.near.push_back(o);
     }
   }
   const PatchGroup& group = groups_[g];
   if (!scratch.near.empty() && group.patches.size() > 1) {
     make_shaft(p, group.corners, scratch);
-    std::erase_if(scratch.near,
-                  [&](int o) { return !in_shaft(polygons_[static_cast<std::size_t>(o)], scratch); });
+    std::erase_if(scratch.near, [&](int o) { return !in_shaft(polygons_[o], scratch); });
     for (const int o : scratch.near)
-      if (hides(polygons_[static_cast<std::size_t>(o)], p, group.corners)) return View::hidden;
+      if (hides(polygons_[o], p, group.corners)) return View::hidden;
   }
   return scratch.near.empty() ? View::free : View::partial;
 }
@@ -351,7 +350,7 @@ Occluders::View Occluders::classify(Index i, std::span<const Vec3> p, Index j, s
     };
     if ((bit(patch_sides_.front, wi) && bit(patch_sides_.front, wj)) ||
         (bit(patch_sides_.back, wi) && bit(patch_sides_.back, wj)) || !bit(patch_sides_.facing, wi) ||
-        !bit(patch_sides_.facing, wj) || !box.intersects(polygons_[static_cast<std::size_t>(o)].box))
+        !bit(patch_sides_.facing, wj) || !box.intersects(polygons_[o].box))
       continue;
     scratch.candidates.push_back(o);
   }
@@ -361,13 +360,12 @@ Occluders::View Occluders::classify(Index i, std::span<const Vec3> p, Index j, s
 Occluders::View Occluders::narrow(std::span<const Vec3> p, std::span<const Vec3> q, Scratch& scratch) const {
   if (scratch.candidates.empty()) return View::free;
   make_shaft(p, q, scratch);
-  std::erase_if(scratch.candidates,
-                [&](int o) { return !in_shaft(polygons_[static_cast<std::size_t>(o)], scratch); });
+  std::erase_if(scratch.candidates, [&](int o) { return !in_shaft(polygons_[o], scratch); });
   if (scratch.candidates.empty()) return View::free;
   if (scratch.candidates.size() > kMostShadows) return View::crowded;
 
   for (const int o : scratch.candidates)
-    if (hides(polygons_[static_cast<std::size_t>(o)], p, q)) return View::hidden;
+    if (hides(polygons_[o], p, q)) return View::hidden;
   return View::partial;
 }
 
@@ -388,7 +386,7 @@ Occluders::View Occluders::classify(const Vec3& x, Index j, std::span<const Vec3
   Box box = box_of(q);
   box.extend(x);
   for (const int o : scratch.near) {
-    const Convex& polygon = polygons_[static_cast<std::size_t>(o)];
+    const Convex& polygon = polygons_[o];
     const std::size_t word = static_cast<std::size_t>(j) * words_ + static_cast<std::size_t>(o) / 64;
     const auto bit = [&](const std::vector<std::uint64_t>& mask) {
       return (mask[word] >> (o % 64) & 1) != 0;
@@ -418,7 +416,7 @@ Occluders::Round Occluders::find_round(const Vec3& x, std::span<const Vec3> q, S
   constexpr std::size_t kManyEdges = 32;
   Round round;
   for (const int o : scratch.candidates) {
-    const Convex& polygon = polygons_[static_cast<std::size_t>(o)];
+    const Convex& polygon = polygons_[o];
     if (polygon.angles.size() <= kManyEdges || !look_through(polygon, x, q, scratch.cuts)) continue;
     const double inner = polygon.inner_radius * polygon.inner_radius;
     round.hides = std::all_of(scratch.cuts.begin(), scratch.cuts.end(),
@@ -468,7 +466,7 @@ double Occluders::visible_point_factor(const Vec3& x, const Vec3& n, std::span<c
   if (hides_all) return 0;
   for (const int o : scratch.candidates) {
     if (o == many) continue;
-    const Convex& polygon = polygons_[static_cast<std::size_t>(o)];
+    const Convex& polygon = polygons_[o];
     const double hx = polygon.normal.dot(x) - polygon.offset;
     if (std::abs(hx) <= slack_) continue;
     // The shadow: beyond the polygon's plane, and inside the planes through x and the polygon's edges. What a plane leaves
@@ -520,9 +518,7 @@ double Occluders::visible_point_factor(const Vec3& x, const Vec3& n, std::span<c
   for (std::size_t k = 0; k < count; ++k) {
     const double whole = cut ? point_factor(x, n, pieces[k]) : all;
     sum += whole;
-    if (many >= 0)
-      sum -= hidden_point_factor(polygons_[static_cast<std::size_t>(many)], many_edges, x, n, pieces[k],
-                                 scratch);
+    if (many >= 0) sum -= hidden_point_factor(polygons_[many], many_edges, x, n, pieces[k], scratch);
   }
   return many >= 0 && sum < tolerance::kFactorRounding ? 0 : sum;
 }

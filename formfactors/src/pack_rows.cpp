@@ -19,15 +19,15 @@ FormFactorMatrix::Rows store(RowList& rows, const std::function<void(Index, Row&
     out.values.assign(n * n, 0.0F);
   }
   for_each_row(out.n, [&](Index i) {
-    Row& row = rows[at(i)];
+    Row& row = rows[i];
     if (finish) finish(i, row);
     for (std::size_t k = 0; k < row.size(); ++k) {
       const float f = row[k].value;
       if (sparse) {
-        out.columns[out.start[at(i)] + k] = row[k].column;
-        out.values[out.start[at(i)] + k] = f;
+        out.columns[out.start[i] + k] = row[k].column;
+        out.values[out.start[i] + k] = f;
       } else {
-        out.values[at(i) * n + at(row[k].column)] = f;
+        out.values[i * n + row[k].column] = f;
       }
     }
     row = {};

@@ -6,23 +6,12 @@
 #include <utility>
 
 #include "radiosity/formfactors/sampling.hpp"
+#include "radiosity/meshing/polygon_kit.hpp"
 #include "radiosity/meshing/tolerances.hpp"
 
 namespace radiosity {
 
 namespace {
-
-// Planar, and turning left at every corner, but for what rounding does to the corners of small patches.
-bool is_convex(const std::vector<Vec3>& c, const Vec3& normal) {
-  for (std::size_t k = 0; k < c.size(); ++k) {
-    const Vec3 e = c[(k + 1) % c.size()] - c[k];
-    const Vec3 f = c[(k + 2) % c.size()] - c[k];
-    if (normal.dot(e.cross(f)) < -tolerance::kGrazed * e.norm() * f.norm() ||
-        std::abs(normal.dot(e)) > tolerance::kGrazed * e.norm())
-      return false;
-  }
-  return true;
-}
 
 // Calls f(x, weight) for points of a convex polygon: the midpoints of an m × m grid on a quad, otherwise the centroids of the
 // m² similar triangles of each triangle of a fan. Weights are areas.
@@ -31,14 +20,11 @@ void for_each_point(const Polygon& polygon, int m, F&& f) {
   const auto& c = polygon.corners;
   const double h = 1.0 / m;
   if (c.size() == 4) {
+    const polygon::BilinearQuad quad(c);
     for (int a = 0; a < m; ++a) {
       for (int b = 0; b < m; ++b) {
-        const double u = (a + 0.5) * h;
-        const double v = (b + 0.5) * h;
-        const Vec3 du = (1 - v) * (c[1] - c[0]) + v * (c[2] - c[3]);
-        const Vec3 dv = (1 - u) * (c[3] - c[0]) + u * (c[2] - c[1]);
-        f((1 - u) * ((1 - v) * c[0] + v * c[3]) + u * ((1 - v) * c[1] + v * c[2]),
-          polygon.normal.dot(du.cross(dv)));
+        const double u = (a + 0.5) * h, v = (b + 0.5) * h;
+        f(quad.at(u, v), polygon.normal.dot(quad.area_vector(u, v)));
       }
     }
     return;
@@ -65,18 +51,17 @@ PairFactors::PairFactors(const Visibility& visibility, Index samples, std::uint6
   const PatchMesh& mesh = visibility.mesh();
   // Kept near the origin: differences of large coordinates are taken once, here.
   const Vec3 centre = (mesh.lower() + mesh.upper()) / 2;
-  polygons_.reserve(static_cast<std::size_t>(mesh.patch_count()));
+  polygons_.reserve(mesh.patch_count());
   for (Index i = 0; i < mesh.patch_count(); ++i) {
     std::vector<Vec3> corners;
     for (const Index v : mesh.corners(i)) corners.push_back(mesh.vertex(v) - centre);
-    convex_.push_back(is_convex(corners, mesh.normal(i)));
+    convex_.push_back(polygon::is_convex(corners, mesh.normal(i), -tolerance::kGrazed));
     polygons_.emplace_back(std::move(corners), mesh.normal(i));
   }
   groups_ = patch_groups(mesh, visibility.facets(), centre);
   group_of_.resize(polygons_.size());
   for (std::size_t g = 0; g < groups_.size(); ++g)
-    for (const Index i : groups_[g].patches)
-      group_of_[static_cast<std::size_t>(i)] = static_cast<std::uint32_t>(g);
+    for (const Index i : groups_[g].patches) group_of_[i] = static_cast<std::uint32_t>(g);
   if (visibility.convex()) return;
   occluders_.emplace(mesh, visibility.facets(), groups_, centre);
   if (!occluders_->usable()) occluders_.reset();
@@ -136,10 +121,10 @@ double PairFactors::visible_by_rays(Index i, Index j) const {
 }
 
 std::uint64_t PairCounts::*PairFactors::approach(Index i, std::size_t group) const {
-  const Polygon& p = polygons_[static_cast<std::size_t>(i)];
+  const Polygon& p = polygons_[i];
   const PatchGroup& g = groups_[group];
   const double height = p.normal.dot(p.centroid);
-  const PatchGroup& own = groups_[group_of_[static_cast<std::size_t>(i)]];
+  const PatchGroup& own = groups_[group_of_[i]];
   const bool behind = g.facet == own.facet || g.facet == visibility_.facets()[own.facet].back ||
                       std::none_of(g.corners.begin(), g.corners.end(),
                                    [&](const Vec3& c) { return p.normal.dot(c) > height; }) ||
@@ -159,13 +144,13 @@ bool PairFactors::may_see_any(Index i) const {
 
 double PairFactors::mutual_area(Index i, Index j) const {
   PairCounts ignored;
-  return approach(i, group_of_[static_cast<std::size_t>(j)]) == nullptr ? mutual_area_near(i, j, ignored) : 0;
+  return approach(i, group_of_[j]) == nullptr ? mutual_area_near(i, j, ignored) : 0;
 }
 
 double PairFactors::mutual_area_near(Index i, Index j, PairCounts& counts) const {
   if (j < i) std::swap(i, j);
-  const Polygon& p = polygons_[static_cast<std::size_t>(i)];
-  const Polygon& q = polygons_[static_cast<std::size_t>(j)];
+  const Polygon& p = polygons_[i];
+  const Polygon& q = polygons_[j];
   const Vec3 r = q.centroid - p.centroid;
   bool p_visible = p.normal.dot(r) >= -q.radius && q.normal.dot(r) <= p.radius && !visibility_.covered(i) &&
                    !visibility_.covered(j);
@@ -184,7 +169,7 @@ double PairFactors::mutual_area_near(Index i, Index j, PairCounts& counts) const
   Occluders::View view = Occluders::View::crowded;
   if (visibility_.convex()) {
     view = Occluders::View::free;
-  } else if (occluders_ && convex_[static_cast<std::size_t>(i)] && convex_[static_cast<std::size_t>(j)]) {
+  } else if (occluders_ && convex_[i] && convex_[j]) {
     view = occluders_->classify(i, p_seen.corners, j, q_seen.corners, scratch);
   }
   switch (view) {

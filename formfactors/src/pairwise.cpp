@@ -71,7 +71,7 @@ std::vector<Index> near_patches(const Visibility& visibility) {
   const double near = tolerance::kNearPlane * mesh.diagonal();
   const double rounding = tolerance::kOnPlane * mesh.diagonal();
   const std::vector<PatchGroup> groups = patch_groups(mesh, visibility.facets(), centre);
-  std::vector<std::uint8_t> found(static_cast<std::size_t>(mesh.patch_count()), 0);
+  std::vector<std::uint8_t> found(mesh.patch_count(), 0);
   const auto corners_of = [&](Index i) {
     std::vector<Vec3> corners;
     for (const Index v : mesh.corners(i)) corners.push_back(mesh.vertex(v) - centre);
@@ -93,8 +93,7 @@ std::vector<Index> near_patches(const Visibility& visibility) {
       for (const Index i : under.patches) {
         if (visibility.covered(i) || !box.intersects(box_of(i))) continue;
         if (heights(corners_of(i), over.normal, over.offset).high <= rounding) continue;
-        for (const Index k : {i, j})
-          std::atomic_ref(found[static_cast<std::size_t>(k)]).store(1, std::memory_order_relaxed);
+        for (const Index k : {i, j}) std::atomic_ref(found[k]).store(1, std::memory_order_relaxed);
       }
     }
   };
@@ -110,7 +109,7 @@ std::vector<Index> near_patches(const Visibility& visibility) {
                     [&](std::size_t k) { compare(groups[pairs[k].first], groups[pairs[k].second]); });
   std::vector<Index> out;
   for (Index i = 0; i < mesh.patch_count(); ++i)
-    if (found[static_cast<std::size_t>(i)] != 0) out.push_back(i);
+    if (found[i] != 0) out.push_back(i);
   return out;
 }
 
@@ -193,14 +192,13 @@ PairwisePatches pairwise_patches(const FormFactorMethod& method, const Visibilit
 
   std::vector<Index> unanswered;
   for (Index i = 0; i < mesh.patch_count(); ++i) {
-    const double sum = row_sums[static_cast<std::size_t>(i)];
+    const double sum = row_sums[i];
     if (!hardly_answered(method, sum) || visibility.covered(i)) continue;
     make_factors();
     if (sum > 0 || out.factors->may_see_any(i)) unanswered.push_back(i);
   }
   // Many that no direction finds anything from are what lies outside of an open scene; they are counted as isolated.
-  if (unanswered.size() > most)
-    std::erase_if(unanswered, [&](Index i) { return row_sums[static_cast<std::size_t>(i)] == 0; });
+  if (unanswered.size() > most) std::erase_if(unanswered, [&](Index i) { return row_sums[i] == 0; });
   if (unanswered.size() > most) {
     out.warnings.push_back(
         fmt::format("{} patches see so little that their factors are noise, and they are too many to be "

@@ -12,6 +12,7 @@
 #include "patch_groups.hpp"
 #include "polygon_factor.hpp"
 #include "radiosity/formfactors/sampling.hpp"
+#include "radiosity/meshing/polygon_kit.hpp"
 #include "radiosity/meshing/tolerances.hpp"
 
 namespace radiosity {
@@ -127,7 +128,7 @@ Vec3 PointFactors::Impl::beside(const Vec3& x, const Vec3& n, double height) con
 void PointFactors::Impl::add_single(const Vec3& x, const Vec3& from, const Vec3& n, Index j,
                                     RandomStream& random, View& view) const {
   const PatchMesh& mesh = visibility.mesh();
-  const Patch& patch = patches[static_cast<std::size_t>(j)];
+  const Patch& patch = patches[j];
   if (patch.normal.dot(x - patch.centroid) <= 0 || visibility.covered(j)) return;
   thread_local std::vector<Vec3> corners;
   corners.clear();
@@ -135,7 +136,7 @@ void PointFactors::Impl::add_single(const Vec3& x, const Vec3& from, const Vec3&
   double low = std::numeric_limits<double>::infinity();
   for (const Vec3& c : corners) low = std::min(low, n.dot(c - x));
   const std::vector<Vec3> seen =
-      low < 0 ? clip(corners, n, n.dot(x), tolerance::kOnPlane * diagonal) : corners;
+      low < 0 ? polygon::clip(corners, n, x, tolerance::kOnPlane * diagonal) : corners;
   if (seen.size() < 3) return;
   const double whole = point_factor(x, n, seen);
   if (!(whole > 0)) return;
@@ -157,7 +158,7 @@ void PointFactors::Impl::add_single(const Vec3& x, const Vec3& from, const Vec3&
   }
   // Hidden ones too: what a ray finds of them by rounding is counted once.
   view.singles.push_back(single);
-  view.stamps[static_cast<std::size_t>(j)] = view.stamp;
+  view.stamps[j] = view.stamp;
 }
 
 // F(visible) = F(whole) − ∫ (1 − V) cosθ cosθ' / (π r²) dA, the integral by two points in each of 4 × 4 equal parts of the patch.
@@ -204,7 +205,7 @@ PointFactors::Single PointFactors::Impl::by_rays(const Vec3& x, const Vec3& n, I
 }
 
 void PointFactors::Impl::cast(const Vec3& x, const Vec3& n, RandomStream& random, View& view) const {
-  view.rays.resize(static_cast<std::size_t>(32 * blocks * blocks));
+  view.rays.resize(32 * blocks * blocks);
   Vec3 t, b;
   tangents(n, t, b);
   const double cell = 1.0 / (4 * blocks);
@@ -232,9 +233,9 @@ void PointFactors::Impl::cast(const Vec3& x, const Vec3& n, RandomStream& random
       visibility.first_hits(packet);
       for (int k = 0; k < 16; ++k) {
         const auto lane = static_cast<std::size_t>(k);
-        Ray& ray = view.rays[static_cast<std::size_t>(2 * (16 * block + k) + replicate)];
+        Ray& ray = view.rays[2 * (16 * block + k) + replicate];
         ray.patch = packet.hit[lane];
-        ray.single = ray.patch >= 0 && view.stamps[static_cast<std::size_t>(ray.patch)] == view.stamp;
+        ray.single = ray.patch >= 0 && view.stamps[ray.patch] == view.stamp;
         if (ray.patch >= 0)
           ray.hit = x + centre + static_cast<double>(packet.distance[lane]) * metre * directions[lane];
       }

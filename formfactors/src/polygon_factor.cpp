@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "radiosity/meshing/polygon_kit.hpp"
 #include "radiosity/meshing/tolerances.hpp"
 
 namespace radiosity {
@@ -128,16 +129,12 @@ template <std::size_t n>
 std::vector<Polygon::Node> tensor_nodes(const std::vector<Vec3>& c, const Vec3& normal,
                                         const std::array<double, n>& x, const std::array<double, n>& w) {
   std::vector<Polygon::Node> nodes;
+  const polygon::BilinearQuad quad(c);
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = 0; j < n; ++j) {
-      const double u = x[i];
-      const double v = x[j];
-      const Vec3 du = (1 - v) * (c[1] - c[0]) + v * (c[2] - c[3]);
-      const Vec3 dv = (1 - u) * (c[3] - c[0]) + u * (c[2] - c[1]);
-      const double jacobian = normal.dot(du.cross(dv));
+      const double jacobian = normal.dot(quad.area_vector(x[i], x[j]));
       if (jacobian <= 0) return {};
-      nodes.push_back(
-          {(1 - u) * ((1 - v) * c[0] + v * c[3]) + u * ((1 - v) * c[1] + v * c[2]), w[i] * w[j] * jacobian});
+      nodes.push_back({quad.at(x[i], x[j]), w[i] * w[j] * jacobian});
     }
   }
   return nodes;
@@ -185,20 +182,6 @@ Polygon::Polygon(std::vector<Vec3> c, const Vec3& unit_normal) : corners(std::mo
   if (few_nodes.empty()) few_nodes = nodes;
 }
 
-std::vector<Vec3> clip(std::span<const Vec3> polygon, const Vec3& normal, double d, double slack) {
-  std::vector<Vec3> kept;
-  for (std::size_t k = 0; k < polygon.size(); ++k) {
-    const Vec3& a = polygon[k];
-    const Vec3& b = polygon[(k + 1) % polygon.size()];
-    const double ha = normal.dot(a) - d;
-    const double hb = normal.dot(b) - d;
-    if (ha >= -slack) kept.push_back(a);
-    if ((ha < -slack && hb > slack) || (ha > slack && hb < -slack))
-      kept.push_back(a + ha / (ha - hb) * (b - a));
-  }
-  return kept;
-}
-
 std::optional<Polygon> front_part(const Polygon& a, const Polygon& b, bool& visible) {
   // Heights over b's plane, relative to a point of that plane, so that distant scenes lose nothing.
   const double slack = tolerance::kOnPlane * (a.radius + b.radius + (a.centroid - b.centroid).norm());
@@ -211,7 +194,7 @@ std::optional<Polygon> front_part(const Polygon& a, const Polygon& b, bool& visi
   }
   visible = above;
   if (!above || !below) return std::nullopt;
-  Polygon part(clip(a.corners, b.normal, b.normal.dot(b.centroid), slack), a.normal);
+  Polygon part(polygon::clip(a.corners, b.normal, b.centroid, slack), a.normal);
   visible = part.area > 0;
   return part;
 }

@@ -27,10 +27,6 @@ struct Polygon {
   std::vector<Node> nodes, few_nodes;
 };
 
-/// The part of a polygon where n·x ≥ d (Sutherland and Hodgman); corners within `slack` of the plane count as on it.
-/// Non-convex polygons may come out with pairs of coincident, opposite edges: their contour integrals cancel.
-std::vector<Vec3> clip(std::span<const Vec3> polygon, const Vec3& normal, double d, double slack);
-
 /// The part of `a` in front of b's plane, where that is neither all of it nor nothing; `visible` says whether anything is.
 std::optional<Polygon> front_part(const Polygon& a, const Polygon& b, bool& visible);
 

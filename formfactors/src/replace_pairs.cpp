@@ -10,9 +10,9 @@ std::shared_ptr<const PairRows> compute_pairs(const PairwisePatches& chosen, con
   auto out = std::make_shared<PairRows>(
       PairRows{chosen.patches, chosen.misjudged, chosen.lamps, RowList(count), RowList(count)});
   const auto compute = [&](Index k) {
-    const Index i = chosen.patches[at(k)];
-    Row& row = out->rows[at(k)];
-    Row& column = out->columns[at(k)];
+    const Index i = chosen.patches[k];
+    Row& row = out->rows[k];
+    Row& column = out->columns[k];
     chosen.factors->for_each_in_row(i, false, [&](Index j, double mutual) {
       row.push_back({j, rounded_down(mutual / areas[i])});
       column.push_back({j, rounded_down(mutual / areas[j])});
@@ -27,26 +27,25 @@ std::shared_ptr<const PairRows> compute_pairs(const PairwisePatches& chosen, con
   return out;
 }
 
-ReplacedRows::ReplacedRows(Index n, std::vector<Index> replaced)
-    : patches(std::move(replaced)), is(at(n), 0) {
-  for (const Index i : patches) is[at(i)] = 1;
+ReplacedRows::ReplacedRows(Index n, std::vector<Index> replaced) : patches(std::move(replaced)), is(n, 0) {
+  for (const Index i : patches) is[i] = 1;
 }
 
 ReplacedRows replace_by_pairs(RowList& rows, const PairRows& pairs) {
   ReplacedRows replaced(static_cast<Index>(rows.size()), pairs.patches);
   if (pairs.patches.empty()) return replaced;
-  for (std::size_t k = 0; k < pairs.patches.size(); ++k) rows[at(pairs.patches[k])] = pairs.rows[k];
+  for (std::size_t k = 0; k < pairs.patches.size(); ++k) rows[pairs.patches[k]] = pairs.rows[k];
   RowList exact = transpose(pairs.columns, rows.size());
   for_each_row(static_cast<Index>(rows.size()), [&](Index i) {
     if (replaced.has(i)) return;
-    for (Entry& e : exact[at(i)]) e.column = pairs.patches[at(e.column)];
+    for (Entry& e : exact[i]) e.column = pairs.patches[e.column];
     Row merged;
-    merged.reserve(rows[at(i)].size() + exact[at(i)].size());
-    merge(rows[at(i)], exact[at(i)], [&](Index j, double sampled, double pair) {
+    merged.reserve(rows[i].size() + exact[i].size());
+    merge(rows[i], exact[i], [&](Index j, double sampled, double pair) {
       const double f = replaced.has(j) ? pair : sampled;
       if (f > 0) merged.push_back({j, static_cast<float>(f)});
     });
-    rows[at(i)] = std::move(merged);
+    rows[i] = std::move(merged);
   });
   return replaced;
 }

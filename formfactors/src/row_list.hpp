@@ -22,10 +22,6 @@ struct Entry {
 using Row = std::vector<Entry>;
 using RowList = std::vector<Row>;
 
-inline std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
-
 std::size_t count_entries(const RowList& rows);
 
 /// Mᵀ of a matrix M with so many columns.

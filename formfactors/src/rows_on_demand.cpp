@@ -36,8 +36,7 @@ RowsOnDemand::RowsOnDemand(const FormFactorMethod& method, const Visibility& vis
 RowsOnDemand::~RowsOnDemand() = default;
 
 Eigen::ArrayXd RowsOnDemand::escaped() const {
-  return Eigen::ArrayXd::NullaryExpr(
-      n_, [&](Eigen::Index i) { return escaped_[static_cast<std::size_t>(i)].load(); });
+  return Eigen::ArrayXd::NullaryExpr(n_, [&](Eigen::Index i) { return escaped_[i].load(); });
 }
 
 FormFactorRow RowsOnDemand::row(Index i, RowBuffer& buffer) const {
@@ -51,7 +50,7 @@ FormFactorRow RowsOnDemand::row(Index i, RowBuffer& buffer) const {
                   std::transform(values.begin(), values.end(), buffer.values.begin(),
                                  [](double f) { return static_cast<float>(f); });
                   sum = std::accumulate(values.begin(), values.end(), 0.0);
-                  escaped_[static_cast<std::size_t>(i)] = escaped.value_or(1 - sum);
+                  escaped_[i] = escaped.value_or(1 - sum);
                 });
   };
   if (pairwise_ && std::binary_search(pairwise_->patches.begin(), pairwise_->patches.end(), i)) {

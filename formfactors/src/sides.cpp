@@ -20,10 +20,6 @@
 namespace radiosity {
 namespace {
 
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
-
 constexpr int kRaysAlong = 8;
 constexpr int kRays = kRaysAlong * kRaysAlong;
 
@@ -67,15 +63,15 @@ struct Glance {
 /// From `count` places that are spread evenly over the weight of the patches, so that all count the same.
 std::vector<Glance> glances(const Visibility& visibility, const Eigen::ArrayXd& weights, int count,
                             std::uint64_t seed) {
-  std::vector<double> up_to(at(static_cast<Index>(weights.size())));
+  std::vector<double> up_to(static_cast<Index>(weights.size()));
   std::partial_sum(weights.begin(), weights.end(), up_to.begin());
   std::vector<Glance> result;
   if (up_to.empty() || !(up_to.back() > 0)) return result;
-  result.resize(static_cast<std::size_t>(count));
+  result.resize(count);
   tbb::parallel_for(0, count, [&](int k) {
     const double place = (k + 0.5) / count * up_to.back();
     const auto found = std::upper_bound(up_to.begin(), up_to.end() - 1, place);
-    Glance& glance = result[static_cast<std::size_t>(k)];
+    Glance& glance = result[k];
     glance.from = static_cast<Index>(found - up_to.begin());
     look(visibility, glance.from, 1, RandomStream(seed, static_cast<std::uint64_t>(k)),
          [&](std::size_t ray, const Visibility::Hit& hit) {
@@ -100,7 +96,7 @@ std::vector<double> shares_of_backs(const std::vector<Glance>& all, const Visibi
     if (visibility.covered(glance.from) || (!even_isolated && glance.sees_nothing())) continue;
     directions += kRays;
     for (const Visibility::Hit& hit : glance.hits)
-      if (meets_back(hit) && !emits(mesh.material_of(hit.patch))) shares[at(mesh.material(hit.patch))] += 1;
+      if (meets_back(hit) && !emits(mesh.material_of(hit.patch))) shares[mesh.material(hit.patch)] += 1;
   }
   for (double& share : shares) share /= std::max(directions, 1.0);
   return shares;
@@ -205,15 +201,15 @@ class FromBehind {
   FromBehind(const Scene& scene, const std::vector<Index>& open_part, Index parts, std::uint64_t seed)
       : mesh_(make_patches(scene, PatchSize{std::numeric_limits<double>::infinity()}).mesh),
         visibility_(mesh_),
-        lit_front_(at(mesh_.patch_count()), 0),
-        lit_part_(at(parts), 0),
+        lit_front_(mesh_.patch_count(), 0),
+        lit_part_(parts, 0),
         backs_met_(lit_front_.size()),
         met_from_behind_(lit_front_.size()) {
     part_.reserve(lit_front_.size());
-    for (Index i = 0; i < mesh_.patch_count(); ++i) part_.push_back(open_part[at(mesh_.surface(i))]);
+    for (Index i = 0; i < mesh_.patch_count(); ++i) part_.push_back(open_part[mesh_.surface(i)]);
     tbb::parallel_for(Index{0}, mesh_.patch_count(), [&](Index i) {
       look_from_front(i, RandomStream(seed, 2 * static_cast<std::uint64_t>(i)));
-      if (part_[at(i)] >= 0) look_from_back(i, RandomStream(seed, 2 * static_cast<std::uint64_t>(i) + 1));
+      if (part_[i] >= 0) look_from_back(i, RandomStream(seed, 2 * static_cast<std::uint64_t>(i) + 1));
     });
   }
 
@@ -228,21 +224,21 @@ class FromBehind {
  private:
   void look_from_front(Index i, RandomStream random) {
     std::vector<Index> backs;
-    lit_front_[at(i)] = emits(mesh_.material_of(i)) ? 1 : 0;
-    if (lit_front_[at(i)] != 0) return;
+    lit_front_[i] = emits(mesh_.material_of(i)) ? 1 : 0;
+    if (lit_front_[i] != 0) return;
     look(visibility_, i, 1, random, [&](std::size_t, const Visibility::Hit& hit) {
-      if (meets_back(hit) && part_[at(hit.patch)] >= 0) backs.push_back(part_[at(hit.patch)]);
-      lit_front_[at(i)] = meets_front(hit) ? 1 : 0;
+      if (meets_back(hit) && part_[hit.patch] >= 0) backs.push_back(part_[hit.patch]);
+      lit_front_[i] = meets_front(hit) ? 1 : 0;
       return !meets_front(hit);
     });
-    if (lit_front_[at(i)] == 0) backs_met_[at(i)] = std::move(backs);
+    if (lit_front_[i] == 0) backs_met_[i] = std::move(backs);
   }
 
   void look_from_back(Index i, RandomStream random) {
-    std::vector<Met>& met = met_from_behind_[at(i)];
+    std::vector<Met>& met = met_from_behind_[i];
     look(visibility_, i, -1, random, [&](std::size_t, const Visibility::Hit& hit) {
       if (meets_front(hit)) met.push_back({hit.patch, -1});
-      if (meets_back(hit) && part_[at(hit.patch)] >= 0) met.push_back({-1, part_[at(hit.patch)]});
+      if (meets_back(hit) && part_[hit.patch] >= 0) met.push_back({-1, part_[hit.patch]});
       return true;
     });
   }
@@ -254,19 +250,19 @@ class FromBehind {
     for (std::size_t i = 0; i < backs_met_.size(); ++i) {
       if (lit_front_[i] != 0) continue;
       lit_front_[i] = std::any_of(backs_met_[i].begin(), backs_met_[i].end(),
-                                  [&](Index part) { return lit_part_[at(part)] != 0; });
+                                  [&](Index part) { return lit_part_[part] != 0; });
       further = further || lit_front_[i] != 0;
     }
     std::vector<double> directions(lit_part_.size(), 0), lit(lit_part_.size(), 0);
     for (Index i = 0; i < mesh_.patch_count(); ++i) {
-      const Index part = part_[at(i)];
-      if (part < 0 || lit_part_[at(part)] != 0) continue;
+      const Index part = part_[i];
+      if (part < 0 || lit_part_[part] != 0) continue;
       const auto count =
-          std::count_if(met_from_behind_[at(i)].begin(), met_from_behind_[at(i)].end(), [&](const Met& what) {
-            return what.front >= 0 ? lit_front_[at(what.front)] != 0 : lit_part_[at(what.part)] != 0;
+          std::count_if(met_from_behind_[i].begin(), met_from_behind_[i].end(), [&](const Met& what) {
+            return what.front >= 0 ? lit_front_[what.front] != 0 : lit_part_[what.part] != 0;
           });
-      directions[at(part)] += kRays * mesh_.area(i);
-      lit[at(part)] += static_cast<double>(count) * mesh_.area(i);
+      directions[part] += kRays * mesh_.area(i);
+      lit[part] += static_cast<double>(count) * mesh_.area(i);
     }
     for (std::size_t p = 0; p < lit.size(); ++p) {
       if (!(lit[p] > kMet * directions[p])) continue;
@@ -298,34 +294,33 @@ bool has_open_sides(const Scene& scene) {
 DecidedSides decide_sides(const Scene& scene, std::uint64_t seed) {
   DecidedSides decided{scene};
   const auto automatic = [&](Index f) {
-    return scene.materials()[at(scene.material(f))].sides == Sides::automatic;
+    return scene.materials()[scene.material(f)].sides == Sides::automatic;
   };
   const SurfaceParts surface = surface_parts(scene);
   const auto parts = static_cast<Index>(surface.closed.size());
-  std::vector<Index> open_part(at(scene.face_count()), -1);  // of faces that may get backs
+  std::vector<Index> open_part(scene.face_count(), -1);  // of faces that may get backs
   std::vector<std::uint8_t> asked(surface.closed.size(), 0);
   for (Index f = 0; f < scene.face_count(); ++f) {
-    const Index part = surface.part[at(f)];
+    const Index part = surface.part[f];
     if (part < 0 || !automatic(f)) continue;
-    asked[at(part)] = 1;
-    if (surface.closed[at(part)] == 0) open_part[at(f)] = part;
+    asked[part] = 1;
+    if (surface.closed[part] == 0) open_part[f] = part;
   }
-  for (Index p = 0; p < parts; ++p) decided.solids += asked[at(p)] != 0 && surface.closed[at(p)] != 0 ? 1 : 0;
+  for (Index p = 0; p < parts; ++p) decided.solids += asked[p] != 0 && surface.closed[p] != 0 ? 1 : 0;
   if (std::all_of(open_part.begin(), open_part.end(), [](Index part) { return part < 0; })) return decided;
 
   FromBehind from_behind(scene, open_part, parts, seed);
   const std::vector<std::uint8_t>& lit = from_behind.lit_parts();
   std::vector<std::uint8_t> two_sided(open_part.size());
   for (Index f = 0; f < scene.face_count(); ++f) {
-    const bool gets_back = open_part[at(f)] >= 0 && lit[at(open_part[at(f)])] != 0;
-    two_sided[at(f)] = scene.two_sided(f) || gets_back ? 1 : 0;
+    const bool gets_back = open_part[f] >= 0 && lit[open_part[f]] != 0;
+    two_sided[f] = scene.two_sided(f) || gets_back ? 1 : 0;
     if (!gets_back) continue;
     ++decided.faces;
     decided.area += scene.area_vector(f).norm();
   }
   for (Index p = 0; p < parts; ++p)
-    if (asked[at(p)] != 0 && surface.closed[at(p)] == 0)
-      ++(lit[at(p)] != 0 ? decided.sheets : decided.unseen_sheets);
+    if (asked[p] != 0 && surface.closed[p] == 0) ++(lit[p] != 0 ? decided.sheets : decided.unseen_sheets);
   decided.scene = scene.with_two_sided(std::move(two_sided));
   return decided;
 }

@@ -21,9 +21,9 @@ FormFactorQuality quality_of(const Eigen::ArrayXd& sums, const Eigen::ArrayXd& t
 void drop_isolated(RowList& rows, const Eigen::ArrayXd& target) {
   for_each_row(static_cast<Index>(rows.size()), [&](Index i) {
     if (target[i] == 0)
-      rows[at(i)].clear();
+      rows[i].clear();
     else
-      std::erase_if(rows[at(i)], [&](const Entry& e) { return target[e.column] == 0; });
+      std::erase_if(rows[i], [&](const Entry& e) { return target[e.column] == 0; });
   });
 }
 
@@ -32,12 +32,12 @@ FormFactorQuality measure(RowList& rows, const Eigen::ArrayXd& target, const Eig
   RowList t = transpose(rows, rows.size());
   Eigen::ArrayXd sums(areas.size()), reciprocity(areas.size());
   for_each_row(static_cast<Index>(rows.size()), [&](Index i) {
-    Row& row = rows[at(i)];
+    Row& row = rows[i];
     Row symmetric;
-    if (symmetrise) symmetric.reserve(row.size() + t[at(i)].size());
+    if (symmetrise) symmetric.reserve(row.size() + t[i].size());
     sums[i] = sum(row);
     double error = 0;
-    merge(row, t[at(i)], [&](Index j, double f_ij, double f_ji) {
+    merge(row, t[i], [&](Index j, double f_ij, double f_ji) {
       error += reciprocity_error(f_ij, f_ji, areas[i], areas[j]);
       if (symmetrise)
         symmetric.push_back(
@@ -45,7 +45,7 @@ FormFactorQuality measure(RowList& rows, const Eigen::ArrayXd& target, const Eig
     });
     reciprocity[i] = error;
     if (symmetrise) row = Row(symmetric.begin(), symmetric.end());
-    t[at(i)] = {};
+    t[i] = {};
   });
   return quality_of(sums, target, reciprocity, areas);
 }

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "radiosity/formfactors/sampling.hpp"
+#include "radiosity/meshing/polygon_kit.hpp"
 #include "radiosity/meshing/tolerances.hpp"
 
 namespace radiosity {
@@ -17,7 +18,7 @@ struct Node {
 
 // Gauss–Legendre rule of m points on [0, 1]: roots of P_m by Newton's method from x ≈ cos(π (k − ¼) / (m + ½)).
 std::vector<Node> gauss(Index m) {
-  std::vector<Node> nodes(static_cast<std::size_t>(m));
+  std::vector<Node> nodes(m);
   for (Index k = 0; k < m; ++k) {
     double x = std::cos(std::numbers::pi * (k + 0.75) / (m + 0.5));
     double slope = 1;
@@ -32,7 +33,7 @@ std::vector<Node> gauss(Index m) {
       slope = m * (x * p - before) / (x * x - 1);
       x -= p / slope;
     }
-    nodes[static_cast<std::size_t>(k)] = {(1 - x) / 2, 1 / ((1 - x * x) * slope * slope)};
+    nodes[k] = {(1 - x) / 2, 1 / ((1 - x * x) * slope * slope)};
   }
   return nodes;
 }
@@ -77,12 +78,10 @@ void add_quad(const std::array<Vec3, 4>& c, const Vec3& normal, double area, Ind
   }
   const std::vector<Node> across = gauss(columns);
   const std::vector<Node> up = gauss(rows);
+  const polygon::BilinearQuad quad(c);
   for (const Node& v : up) {
     for (const Node& u : across) {
-      const Vec3 du = (1 - v.x) * (c[1] - c[0]) + v.x * (c[2] - c[3]);
-      const Vec3 dv = (1 - u.x) * (c[3] - c[0]) + u.x * (c[2] - c[1]);
-      out.push_back({(1 - u.x) * ((1 - v.x) * c[0] + v.x * c[3]) + u.x * ((1 - v.x) * c[1] + v.x * c[2]),
-                     u.weight * v.weight * normal.dot(du.cross(dv)) / area});
+      out.push_back({quad.at(u.x, v.x), u.weight * v.weight * normal.dot(quad.area_vector(u.x, v.x)) / area});
     }
   }
 }
@@ -90,17 +89,9 @@ void add_quad(const std::array<Vec3, 4>& c, const Vec3& normal, double area, Ind
 }  // namespace
 
 bool is_convex_quad(const PatchMesh& mesh, Index patch) {
-  const auto c = mesh.corners(patch);
-  if (c.size() != 4) return false;
-  const Vec3& n = mesh.normal(patch);
-  for (std::size_t k = 0; k < 4; ++k) {
-    const Vec3& a = mesh.vertex(c[k]);
-    const Vec3 e = mesh.vertex(c[(k + 1) % 4]) - a;
-    const Vec3 f = mesh.vertex(c[(k + 2) % 4]) - a;
-    if (!(e.cross(f).dot(n) > 0) || std::abs(n.dot(a - mesh.centroid(patch))) > tolerance::kGrazed * f.norm())
-      return false;
-  }
-  return true;
+  std::vector<Vec3> corners;
+  for (const Index v : mesh.corners(patch)) corners.push_back(mesh.vertex(v));
+  return corners.size() == 4 && polygon::is_convex(corners, mesh.normal(patch), 0);
 }
 
 std::vector<Viewpoint> viewpoints(const PatchMesh& mesh, Index patch, Index most) {

@@ -107,9 +107,7 @@ struct Visibility::Impl {
   std::vector<PatchLocator> locators;  // of facets
   std::vector<Plane> planes;           // of patches, scaled
 
-  const Plane* plane_of(Index patch) const {
-    return patch == kNothing ? nullptr : &planes[static_cast<std::size_t>(patch)];
-  }
+  const Plane* plane_of(Index patch) const { return patch == kNothing ? nullptr : &planes[patch]; }
 
   ~Impl() {
     if (scene != nullptr) rtcReleaseScene(scene);
@@ -252,7 +250,7 @@ Visibility::Visibility(const PatchMesh& mesh)
       }
     }
   }
-  impl_->planes.reserve(static_cast<std::size_t>(mesh.patch_count()));
+  impl_->planes.reserve(mesh.patch_count());
   for (Index i = 0; i < mesh.patch_count(); ++i) {
     const Vec3& n = mesh.normal(i);
     const double d = n.dot(scaled(mesh.centroid(i)));
@@ -273,7 +271,7 @@ Visibility::Visibility(const PatchMesh& mesh)
       }
     }
     for (const Index i : facet.patches) {
-      Plane& plane = impl_->planes[static_cast<std::size_t>(i)];
+      Plane& plane = impl_->planes[i];
       plane.facet = static_cast<std::uint32_t>(f);
       plane.back = static_cast<std::uint32_t>(facet.back == Facet::kNoBack ? f : facet.back);
       const double rise = deviation + std::abs(normal.dot(mesh.centroid(i) - origin)) +
@@ -309,7 +307,7 @@ Visibility::Visibility(const PatchMesh& mesh)
     throw std::runtime_error("Embree fails with error " + std::to_string(error));
   }
 
-  covered_.assign(static_cast<std::size_t>(mesh.patch_count()), 0);
+  covered_.assign(mesh.patch_count(), 0);
   if (!convex_) find_covered();
 }
 
@@ -327,8 +325,7 @@ void Visibility::find_covered() {
     faced[k] = impl_->faced(impl_->planes[k], scaled(inside(i)).cast<float>()) ? 1 : 0;
   });
   std::vector<Index> candidates, others;
-  for (Index i = 0; i < mesh_.patch_count(); ++i)
-    (faced[static_cast<std::size_t>(i)] != 0 ? candidates : others).push_back(i);
+  for (Index i = 0; i < mesh_.patch_count(); ++i) (faced[i] != 0 ? candidates : others).push_back(i);
   if (candidates.empty()) return;
 
   const WindingNumber winding_number(*facets_);
@@ -346,7 +343,7 @@ void Visibility::find_covered() {
   if (!(whole > tolerance::kMostlyClosed * area)) return;
   const double matter = inside_a_room(*facets_, centre_) ? 0 : -1;
   tbb::parallel_for(std::size_t{0}, candidates.size(), [&](std::size_t k) {
-    covered_[static_cast<std::size_t>(candidates[k])] = w_before(candidates[k]) < matter + 0.5 ? 1 : 0;
+    covered_[candidates[k]] = w_before(candidates[k]) < matter + 0.5 ? 1 : 0;
   });
 }
 
@@ -436,7 +433,7 @@ void Visibility::blocked(SightLines& lines) const {
   rtcInitIntersectContext(&context.base);
   context.impl = impl_.get();
   context.from = impl_->plane_of(lines.from);
-  context.to = &impl_->planes[static_cast<std::size_t>(lines.to)];
+  context.to = &impl_->planes[lines.to];
 
   alignas(64) std::array<int, 16> valid;
   RTCRay16 rays;

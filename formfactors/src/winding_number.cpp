@@ -80,7 +80,7 @@ void WindingNumber::add_moments(Node& node) const {
         0.75 * y * y.transpose() + (a * a.transpose() + b * b.transpose() + c * c.transpose()) / 12;
     node.order0 += n;
     node.order1 += n * y.transpose();
-    for (Eigen::Index i = 0; i < 3; ++i) node.order2[static_cast<std::size_t>(i)] += n[i] * second;
+    for (Eigen::Index i = 0; i < 3; ++i) node.order2[i] += n[i] * second;
     node.traces += 2 * second * n + second.trace() * n;
   }
 }
@@ -92,7 +92,7 @@ double WindingNumber::far_field(const Node& node, const Vec3& q) {
   const Vec3 r = q - node.centre;
   const double squared = r.squaredNorm();
   double cubic = 0;
-  for (Eigen::Index i = 0; i < 3; ++i) cubic += r[i] * r.dot(node.order2[static_cast<std::size_t>(i)] * r);
+  for (Eigen::Index i = 0; i < 3; ++i) cubic += r[i] * r.dot(node.order2[i] * r);
   return (node.order0.dot(r) - node.order1.trace() +
           (3 * r.dot(node.order1 * r) - 1.5 * node.traces.dot(r) + 7.5 * cubic / squared) / squared) /
          (squared * std::sqrt(squared));

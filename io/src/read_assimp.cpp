@@ -115,7 +115,7 @@ void require_known_schema(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   std::string header(kHeader, '\0');
   stream.read(header.data(), static_cast<std::streamsize>(header.size()));
-  header.resize(static_cast<std::size_t>(stream.gcount()));
+  header.resize(stream.gcount());
   std::transform(header.begin(), header.end(), header.begin(),
                  [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
   const std::size_t open = header.find('\'', std::min(header.find("FILE_SCHEMA"), header.size()));

@@ -50,9 +50,8 @@ void unwind_loops(MeshFile& mesh) {
   Scene::Arrays unwound;
   Index count = 0;
   for (std::size_t f = 0; f < geometry.face_material.size(); ++f) {
-    const auto first = static_cast<std::size_t>(geometry.face_start[f]);
-    const std::span loop(geometry.corners.data() + first,
-                         static_cast<std::size_t>(geometry.face_start[f + 1]) - first);
+    const Index first = geometry.face_start[f];
+    const std::span loop(geometry.corners.data() + first, geometry.face_start[f + 1] - first);
     const std::size_t round = period(loop);
     if (round < loop.size()) ++count;
     unwound.add_face(loop.first(round), geometry.face_material[f]);

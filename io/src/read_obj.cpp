@@ -259,10 +259,10 @@ MeshMaterial ObjReader::material(const std::string& name, Index first_face) {
   MeshMaterial result{.name = name};
   const auto found = finishes_.find(name);
   if (found == finishes_.end()) {
-    if (!uses_[face_uses_[static_cast<std::size_t>(first_face)]].empty())
+    if (!uses_[face_uses_[first_face]].empty())
       result.undefined = fmt::format(
           "{}:{}: face {} uses material '{}', which nothing defines{}{}", file_.string(),
-          face_lines_[static_cast<std::size_t>(first_face)], first_face + 1, name,
+          face_lines_[first_face], first_face + 1, name,
           missing_libraries_.empty() ? "; define it in a material library (mtllib) or a scene file" : "; ",
           fmt::join(missing_libraries_, "; "));
     return result;
@@ -277,7 +277,7 @@ void ObjReader::resolve_faces() {
   const auto vertices = static_cast<Index>(geometry.vertices.size());
   for (std::size_t f = 0; f < face_lines_.size(); ++f) {
     for (Index k = geometry.face_start[f]; k < geometry.face_start[f + 1]; ++k) {
-      const Index v = geometry.corners[static_cast<std::size_t>(k)];
+      const Index v = geometry.corners[k];
       if (v >= vertices)
         throw InputError(fmt::format("{}:{}: face {} refers to vertex {}, but the file has only {}",
                                      file_.string(), face_lines_[f], f + 1, v + 1, vertices));

@@ -292,7 +292,7 @@ void PlyReader::require_vertices() const {
   const auto vertices = static_cast<Index>(geometry.vertices.size());
   for (std::size_t f = 0; f + 1 < geometry.face_start.size(); ++f)
     for (Index k = geometry.face_start[f]; k < geometry.face_start[f + 1]; ++k)
-      if (const Index v = geometry.corners[static_cast<std::size_t>(k)]; v >= vertices)
+      if (const Index v = geometry.corners[k]; v >= vertices)
         throw InputError(
             fmt::format("{}: face {} (counted from 0) refers to vertex {}, but there are only {}",
                         file_.string(), f, v, vertices));

@@ -56,7 +56,7 @@ void write_irradiance(const std::filesystem::path& file, const std::vector<Senso
       out << fmt::format(",standard_error_{}", b);
     out << '\n';
     for (Eigen::Index s = 0; s < count; ++s) {
-      const auto& [x, n] = sensors[static_cast<std::size_t>(s)];
+      const auto& [x, n] = sensors[s];
       out << fmt::format("{},{},{},{},{},{}", x.x(), x.y(), x.z(), n.x(), n.y(), n.z());
       for (const double value : result.irradiance.row(s)) out << fmt::format(",{:.9g}", value);
       for (const double value : result.standard_error.row(s)) out << fmt::format(",{:.9g}", value);

@@ -28,9 +28,8 @@ void settle_names(MeshFile& mesh) {
   std::vector<Index> number;                          // per material of the file
   for (MeshMaterial& material : mesh.materials) {
     std::vector<Index>& namesakes = by_name[material.name];
-    const auto same = std::find_if(namesakes.begin(), namesakes.end(), [&](Index m) {
-      return same_finish(settled[static_cast<std::size_t>(m)], material);
-    });
+    const auto same = std::find_if(namesakes.begin(), namesakes.end(),
+                                   [&](Index m) { return same_finish(settled[m], material); });
     if (same != namesakes.end()) {
       number.push_back(*same);
       continue;
@@ -39,7 +38,7 @@ void settle_names(MeshFile& mesh) {
     namesakes.push_back(number.back());
     settled.push_back(std::move(material));
   }
-  for (Index& material : mesh.geometry.face_material) material = number[static_cast<std::size_t>(material)];
+  for (Index& material : mesh.geometry.face_material) material = number[material];
 
   std::set<std::string> taken;
   for (const auto& [name, namesakes] : by_name) taken.insert(name);
@@ -48,7 +47,7 @@ void settle_names(MeshFile& mesh) {
     if (namesakes.size() > 1) shared.push_back(name);
     int suffix = 1;
     for (auto m = namesakes.begin() + 1; m < namesakes.end(); ++m) {
-      std::string& own = settled[static_cast<std::size_t>(*m)].name;
+      std::string& own = settled[*m].name;
       do own = fmt::format("{}_{}", name, suffix++);
       while (!taken.insert(own).second);
     }

@@ -167,8 +167,7 @@ class SolutionReader {
     if (reflectance.cols() != bands || emission.cols() != bands)
       fail("has different numbers of bands in radiosity, reflectance and emission");
     for (Index i = 0; i < patches; ++i) {
-      Material& material =
-          arrays.materials[static_cast<std::size_t>(arrays.patch_material[static_cast<std::size_t>(i)])];
+      Material& material = arrays.materials[arrays.patch_material[i]];
       material.reflectance = reflectance.row(i).transpose();
       material.emission = emission.row(i).transpose();
     }
@@ -233,8 +232,7 @@ void write_solution(const fs::path& file, const PatchMesh& mesh, const Solution&
     if (patch.size() != static_cast<std::size_t>(mesh.patch_count()))
       throw InputError(
           fmt::format("{} numbers of patches for {} elements", patch.size(), mesh.patch_count()));
-    add_integers(cells, "patch", mesh.patch_count(),
-                 [&](Index e) { return patch[static_cast<std::size_t>(e)]; });
+    add_integers(cells, "patch", mesh.patch_count(), [&](Index e) { return patch[e]; });
   }
   add_doubles(data->GetPointData(), "radiosity", solution.vertex_radiosity, kRadiosityUnits);
   add_display_rgb(*data, solution.vertex_radiosity, exposure);

@@ -8,52 +8,38 @@
 #include <cmath>
 #include <map>
 
+#include "facet_axes.hpp"
 #include "polygon.hpp"
 #include "radiosity/meshing/error.hpp"
 
 namespace radiosity {
 namespace {
 
-// Rectangles are the cells of their grid; others have cells of their mean area.
-Eigen::Array2d fine_cell(const PatchMesh& mesh, const Facet& facet, const Vec3& u, const Vec3& v) {
-  const auto corners = mesh.corners(facet.patches[0]);
-  Eigen::AlignedBox2d box;
-  for (const Index c : corners) box.extend(Vec2(u.dot(mesh.vertex(c)), v.dot(mesh.vertex(c))));
-  if (corners.size() == 4 && mesh.area(facet.patches[0]) > 0.999 * box.volume()) return box.sizes();
-  double area = 0;
-  for (const Index i : facet.patches) area += mesh.area(i);
-  return Eigen::Array2d::Constant(std::sqrt(area / static_cast<double>(facet.patches.size())));
-}
-
 class Joiner {
  public:
   Joiner(const PatchMesh& mesh, double factor, std::span<const std::uint8_t> apart)
-      : mesh_(mesh), factor_(factor), apart_(apart), group_(at(mesh.patch_count())) {}
+      : mesh_(mesh), factor_(factor), apart_(apart), group_(mesh.patch_count()) {}
 
-  // By the cells of a grid in the plane of the facet, along the first edge of its first patch.
+  // By the cells of a grid in the plane of the facet.
   void join(const Facet& facet) {
-    const auto first = mesh_.corners(facet.patches[0]);
-    const Vec3& origin = mesh_.vertex(first[0]);
-    const Vec3 u = (mesh_.vertex(first[1]) - origin).normalized();
-    const Vec3 v = facet.pieces[0].normal.cross(u).normalized();
-    const auto flat = [&](const Vec3& x) { return Vec2(u.dot(x - origin), v.dot(x - origin)); };
-    Eigen::AlignedBox2d box;
-    for (const Index i : facet.patches)
-      for (const Index c : mesh_.corners(i)) box.extend(flat(mesh_.vertex(c)));
+    const FacetAxes axes(mesh_, facet);
+    // Rectangles are the cells of their grid; others have cells of their mean area.
+    const Eigen::Vector2d fine = axes.cell.value_or(
+        Eigen::Vector2d::Constant(std::sqrt(axes.area / static_cast<double>(facet.patches.size()))));
     constexpr double kRounding = 1e-6;
-    const Eigen::Array2d count = (box.sizes().array() / (factor_ * fine_cell(mesh_, facet, u, v)) - kRounding)
-                                     .ceil()
-                                     .max(1)
-                                     .min(double{1 << 20});
+    const Eigen::Array2d count =
+        (axes.box.sizes().array() / (factor_ * fine.array()) - kRounding).ceil().max(1).min(double{1 << 20});
     std::map<std::array<Index, 4>, Index> number;
     for (const Index i : facet.patches) {
       const Eigen::Array2d cell =
-          ((flat(mesh_.centroid(i)) - box.min()).array() / box.sizes().array() * count + kRounding).floor();
+          ((axes.flat(mesh_.centroid(i)) - axes.box.min()).array() / axes.box.sizes().array() * count +
+           kRounding)
+              .floor();
       const auto [found, is_new] = number.try_emplace(
-          {mesh_.material(i), apart_[at(i)], static_cast<Index>(cell.x()), static_cast<Index>(cell.y())},
+          {mesh_.material(i), apart_[i], static_cast<Index>(cell.x()), static_cast<Index>(cell.y())},
           groups_);
       groups_ += is_new ? 1 : 0;
-      group_[at(i)] = found->second;
+      group_[i] = found->second;
     }
   }
 
@@ -64,18 +50,18 @@ class Joiner {
       Eigen::Index axis = 0;
       const Vec3& n = mesh_.normal(i);
       n.cwiseAbs().maxCoeff(&axis);
-      alike[{mesh_.material(i), apart_[at(i)], static_cast<Index>(2 * axis + (n[axis] < 0 ? 1 : 0))}]
-          .push_back(i);
+      alike[{mesh_.material(i), apart_[i], static_cast<Index>(2 * axis + (n[axis] < 0 ? 1 : 0))}].push_back(
+          i);
     }
     for (auto& [key, patches] : alike) halve(patches);
   }
 
   Coarsening result() const {
     Coarsening out;
-    std::vector<Index> number(at(groups_), -1);
+    std::vector<Index> number(groups_, -1);
     for (const Index g : group_) {
-      if (number[at(g)] < 0) number[at(g)] = out.count++;
-      out.parent.push_back(number[at(g)]);
+      if (number[g] < 0) number[g] = out.count++;
+      out.parent.push_back(number[g]);
     }
     return out;
   }
@@ -91,7 +77,7 @@ class Joiner {
     const bool few = static_cast<double>(patches.size()) <= 1.5 * factor_ * factor_;
     const bool near = box.diagonal().norm() <= 3 * factor_ * std::sqrt(largest);
     if (patches.size() == 1 || (few && near)) {
-      for (const Index i : patches) group_[at(i)] = groups_;
+      for (const Index i : patches) group_[i] = groups_;
       ++groups_;
       return;
     }
@@ -140,7 +126,7 @@ BandArray restrict_to(const Coarsening& coarsening, const Eigen::ArrayXd& areas,
   BandArray sums = BandArray::Zero(coarsening.count, values.cols());
   Eigen::ArrayXd area = Eigen::ArrayXd::Zero(coarsening.count);
   for (Index i = 0; i < n; ++i) {
-    const Index p = coarsening.parent[at(i)];
+    const Index p = coarsening.parent[i];
     sums.row(p) += areas[i] * values.row(i);
     area[p] += areas[i];
   }

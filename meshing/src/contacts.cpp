@@ -13,10 +13,6 @@ namespace {
 
 constexpr Index kNone = -1;
 
-/// A gap between faces that look at each other is narrow up to so many contact distances: 4 mm in a 20 m building. No light to
-/// speak of gets between them but at the rim.
-constexpr double kNarrowGap = 200;
-
 using Edge = std::array<Index, 2>;
 constexpr Edge kNoEdge{kNone, kNone};
 
@@ -33,10 +29,13 @@ struct End {
 
 class ContactFinder {
  public:
-  ContactFinder(Surface& surface, double distance) : surface_(surface), distance_(distance) {
+  ContactFinder(Surface& surface, double distance)
+      : surface_(surface),
+        distance_(distance),
+        narrow_gap_(tolerance::kModelled / tolerance::kContact * distance) {
     contacts_.distance = distance;
-    planes_.reserve(at(surface.count()));
-    takes_part_.reserve(at(surface.count()));
+    planes_.reserve(surface.count());
+    takes_part_.reserve(surface.count());
     for (Index p = 0; p < surface.count(); ++p) {
       const auto loop = surface.loop(p);
       planes_.emplace_back(surface.points, loop);
@@ -69,7 +68,7 @@ class ContactFinder {
   }
 
  private:
-  const Vec3& point(Index v) const { return surface_.points[at(v)]; }
+  const Vec3& point(Index v) const { return surface_.points[v]; }
 
   /// Pairs (i < j) of polygons whose boxes overlap and of which neither is on one side of the other's plane.
   std::vector<std::array<Index, 2>> pairs() const {
@@ -78,19 +77,18 @@ class ContactFinder {
     polygons.reserve(planes_.size());
     boxes.reserve(planes_.size());
     for (Index p = 0; p < surface_.count(); ++p) {
-      if (!takes_part_[at(p)]) continue;
+      if (!takes_part_[p]) continue;
       Eigen::AlignedBox3d box;
       for (const Index c : surface_.loop(p)) box.extend(point(c));
-      box.min().array() -= kNarrowGap * distance_;
-      box.max().array() += kNarrowGap * distance_;
+      box.min().array() -= narrow_gap_;
+      box.max().array() += narrow_gap_;
       polygons.push_back(p);
       boxes.push_back(box);
     }
     std::vector<std::array<Index, 2>> found;
     for_each_pair_that_meets(boxes, [&](std::size_t a, std::size_t b) {
       const auto [i, j] = std::minmax(polygons[a], polygons[b]);
-      if (surface_.face[at(i)] != surface_.face[at(j)] &&
-          ((reaches(j, i) && reaches(i, j)) || face_each_other(i, j)))
+      if (surface_.face[i] != surface_.face[j] && ((reaches(j, i) && reaches(i, j)) || face_each_other(i, j)))
         found.push_back({i, j});
     });
     std::sort(found.begin(), found.end());
@@ -99,7 +97,7 @@ class ContactFinder {
 
   /// Height of j's corner over the plane of i, 0 within the contact distance.
   double height(Index i, Index corner) const {
-    const double h = planes_[at(i)].height(point(corner));
+    const double h = planes_[i].height(point(corner));
     return std::abs(h) <= distance_ ? 0 : h;
   }
 
@@ -129,10 +127,9 @@ class ContactFinder {
     const bool in_one_plane = i_over_j.above + i_over_j.below == 0 && j_over_i.above + j_over_i.below == 0;
     if (in_one_plane) {
       if (ij || ji || same_region(i, j))
-        contacts_.coincident.push_back({std::min(surface_.face[at(i)], surface_.face[at(j)]),
-                                        std::max(surface_.face[at(i)], surface_.face[at(j)])});
-      if (surface_.material[at(i)] == surface_.material[at(j)] &&
-          planes_[at(i)].n.dot(planes_[at(j)].n) > 0) {
+        contacts_.coincident.push_back(
+            {std::min(surface_.face[i], surface_.face[j]), std::max(surface_.face[i], surface_.face[j])});
+      if (surface_.material[i] == surface_.material[j] && planes_[i].n.dot(planes_[j].n) > 0) {
         // Of two that lie in each other the later one goes.
         if (!ji && lies_in(j, i))
           contacts_.contained.push_back({j, i});
@@ -165,7 +162,7 @@ class ContactFinder {
   }
 
   bool face_each_other(Index i, Index j) const {
-    return planes_[at(i)].n.dot(planes_[at(j)].n) < static_cast<double>(tolerance::kOpposed);
+    return planes_[i].n.dot(planes_[j].n) < static_cast<double>(tolerance::kOpposed);
   }
 
   /// Lines of i below the edges of j that are over it with a narrow gap between. A patch of i that reached out from under j would
@@ -175,10 +172,9 @@ class ContactFinder {
     for (std::size_t k = 0; k < loop.size(); ++k) {
       const Index a = loop[k], b = loop[(k + 1) % loop.size()];
       const double from = height(i, a), to = height(i, b);
-      if (std::min(from, to) < 0 || std::max(from, to) == 0 || std::max(from, to) > kNarrowGap * distance_)
-        continue;
+      if (std::min(from, to) < 0 || std::max(from, to) == 0 || std::max(from, to) > narrow_gap_) continue;
       const auto below = [&](Index corner, double h) {
-        return h == 0 ? End{point(corner), {corner, kNoEdge}} : End{point(corner) - h * planes_[at(i)].n, {}};
+        return h == 0 ? End{point(corner), {corner, kNoEdge}} : End{point(corner) - h * planes_[i].n, {}};
       };
       clip(i, j, below(a, from), below(b, to), kNoEdge, [&](Index c, Index d) {
         contacts_.lines.push_back({i, c, d, {c, d}});
@@ -192,15 +188,14 @@ class ContactFinder {
     double largest = 0;
     Vec3 inside = Vec3::Zero();
     for (const auto& [a, b, c] : polygon::triangles(surface_.points, loop)) {
-      const std::array<Index, 3> corners{loop[at(a)], loop[at(b)], loop[at(c)]};
+      const std::array<Index, 3> corners{loop[a], loop[b], loop[c]};
       const double area = polygon::area_vector(surface_.points, corners).norm();
       if (area <= largest) continue;
       largest = area;
       inside = (point(corners[0]) + point(corners[1]) + point(corners[2])) / 3;
     }
-    return largest > 0 &&
-           polygon::contains(polygon::project(planes_[at(i)], surface_.points, surface_.loop(i)),
-                             planes_[at(i)].project(inside));
+    return largest > 0 && polygon::contains(polygon::project(planes_[i], surface_.points, surface_.loop(i)),
+                                            planes_[i].project(inside));
   }
 
   /// The lines in which the interiors of i and j cross.
@@ -209,11 +204,11 @@ class ContactFinder {
       double s;
       End end;
     };
-    const Vec3 direction = planes_[at(i)].n.cross(planes_[at(j)].n);
+    const Vec3 direction = planes_[i].n.cross(planes_[j].n);
     const auto loop = surface_.loop(j);
     std::vector<Crossing> crossings;
     const auto add = [&](const Vec3& x, Place on) {
-      crossings.push_back({direction.dot(x - planes_[at(i)].origin), {x, on}});
+      crossings.push_back({direction.dot(x - planes_[i].origin), {x, on}});
     };
     for (std::size_t k = 0; k < loop.size(); ++k) {
       const Index a = loop[k], b = loop[(k + 1) % loop.size()];
@@ -229,10 +224,10 @@ class ContactFinder {
     }
     std::stable_sort(crossings.begin(), crossings.end(),
                      [](const Crossing& x, const Crossing& y) { return x.s < y.s; });
-    const std::vector<Vec2> ring = polygon::project(planes_[at(j)], surface_.points, loop);
+    const std::vector<Vec2> ring = polygon::project(planes_[j], surface_.points, loop);
     for (std::size_t k = 0; k + 1 < crossings.size(); ++k) {
       const End &from = crossings[k].end, &to = crossings[k + 1].end;
-      const Vec2 middle = planes_[at(j)].project((from.x + to.x) / 2);
+      const Vec2 middle = planes_[j].project((from.x + to.x) / 2);
       if ((to.x - from.x).norm() <= distance_ || nearest_edge(ring, middle) != kNone ||
           !polygon::contains(ring, middle))
         continue;
@@ -245,8 +240,8 @@ class ContactFinder {
 
   /// Vertex radiosities are interpolated from one to the other.
   bool smooth(Index i, Index j) const {
-    return surface_.material[at(i)] == surface_.material[at(j)] &&
-           planes_[at(i)].n.dot(planes_[at(j)].n) >= tolerance::kSmoothCosine;
+    return surface_.material[i] == surface_.material[j] &&
+           planes_[i].n.dot(planes_[j].n) >= tolerance::kSmoothCosine;
   }
 
   /// Number of an edge within the contact distance of p, or kNone.
@@ -267,7 +262,7 @@ class ContactFinder {
       Place on;     ///< i
       int end = 0;  ///< 1: from, 2: to
     };
-    const polygon::Plane& plane = planes_[at(i)];
+    const polygon::Plane& plane = planes_[i];
     const auto loop = surface_.loop(i);
     const Vec2 p = plane.project(from.x), q = plane.project(to.x);
     const double length = (q - p).norm();
@@ -315,7 +310,7 @@ class ContactFinder {
       const double part = merged[k + 1].s - merged[k].s;
       if (edge != kNoEdge) contacts_.covered[edge_key(edge[0], edge[1])] += part;
       if (along != kNone) {
-        const std::uint64_t key = edge_key(loop[at(along)], loop[at(along + 1) % loop.size()]);
+        const std::uint64_t key = edge_key(loop[along], loop[at(along + 1) % loop.size()]);
         contacts_.covered[key] += part;
         if (smooth(i, other)) {
           contacts_.partly_shared.insert(key);
@@ -395,8 +390,8 @@ class ContactFinder {
     std::sort(corners_b.begin(), corners_b.end());
     if (corners_a == corners_b) return false;
     for (const Index c : a)
-      if (nearest_edge(polygon::project(planes_[at(i)], surface_.points, b),
-                       planes_[at(i)].project(point(c))) == kNone)
+      if (nearest_edge(polygon::project(planes_[i], surface_.points, b), planes_[i].project(point(c))) ==
+          kNone)
         return false;
     const double area_a = polygon::area_vector(surface_.points, a).norm();
     const double area_b = polygon::area_vector(surface_.points, b).norm();
@@ -406,7 +401,7 @@ class ContactFinder {
   /// Points where lines of one polygon cross, end on or overlap each other.
   void cross_lines(std::span<const Contacts::Line> lines) {
     if (lines.size() < 2) return;
-    const polygon::Plane& plane = planes_[at(lines[0].polygon)];
+    const polygon::Plane& plane = planes_[lines[0].polygon];
     struct Segment {
       Contacts::Line line;
       Vec2 p, q;
@@ -451,7 +446,7 @@ class ContactFinder {
   }
 
   Surface& surface_;
-  double distance_;
+  double distance_, narrow_gap_;
   std::unordered_map<std::uint64_t, std::vector<Index>> created_;  ///< by cell of 4 contact distances
   std::vector<polygon::Plane> planes_;
   std::vector<bool> takes_part_;
@@ -466,15 +461,15 @@ class Way {
   Way(const Contacts& contacts, const std::vector<Vec3>& points, Index from, Index to)
       : contacts_(contacts),
         points_(points),
-        origin_(points[at(from)]),
-        along_(points[at(to)] - origin_),
+        origin_(points[from]),
+        along_(points[to] - origin_),
         way_{from} {
     extend(from, to);
   }
   std::vector<Index> points() && { return std::move(way_); }
 
  private:
-  double place(Index v) const { return along_.dot(points_[at(v)] - origin_); }
+  double place(Index v) const { return along_.dot(points_[v] - origin_); }
 
   /// Each call's part of the way is strictly shorter than its caller's.
   void extend(Index a, Index b) {
@@ -513,15 +508,15 @@ std::vector<Index> Contacts::chain(const std::vector<Vec3>& points, Index a, Ind
 }
 
 std::vector<Index> Contacts::chain(const std::vector<Vec3>& points, const Line& line) const {
-  const Vec3& from = points[at(line.a)];
-  const Vec3 along = points[at(line.b)] - from;
+  const Vec3& from = points[line.a];
+  const Vec3 along = points[line.b] - from;
   const double length = along.norm();
   std::vector<Index> parent = chain(points, line.parent[0], line.parent[1]);
-  if (along.dot(points[at(line.parent[1])] - points[at(line.parent[0])]) < 0)
+  if (along.dot(points[line.parent[1]] - points[line.parent[0]]) < 0)
     std::reverse(parent.begin(), parent.end());
   std::vector<Index> way{line.a};
   for (const Index v : parent) {
-    const double s = along.dot(points[at(v)] - from) / length;
+    const double s = along.dot(points[v] - from) / length;
     if (v != line.a && v != line.b && s > distance && s < length - distance) way.push_back(v);
   }
   way.push_back(line.b);

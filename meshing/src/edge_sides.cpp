@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <CGAL/Box_intersection_d/Box_with_info_d.h>
-#include <CGAL/box_intersection_d.h>
-
 #include <algorithm>
 #include <span>
 #include <tuple>
 
+#include "radiosity/meshing/box_pairs.hpp"
 #include "radiosity/meshing/tolerances.hpp"
 #include "surface.hpp"
 
@@ -22,9 +20,6 @@ void sort_by_edge(std::vector<EdgeSide>& sides) {
   });
 }
 
-/// A vertex beside an edge, both rounded, is no further from it than so many contact distances: millimetres in buildings.
-constexpr double kRoundedEdge = 200;
-
 /// Where a vertex lies on a side, as a share of the edge's length from its smaller number.
 struct Stop {
   std::size_t side;
@@ -35,34 +30,31 @@ struct Stop {
 
 /// Ends of the sides that lie on other sides but for rounding, ordered by side and place.
 std::vector<Stop> stops_on(const std::vector<EdgeSide>& sides, const Surface& surface) {
-  using Box = CGAL::Box_intersection_d::Box_with_info_d<double, 3, std::size_t>;
-  const double contact = tolerance::kContact * surface.diagonal(), distance = kRoundedEdge * contact;
-  const auto box = [&](const Vec3& a, const Vec3& b, double margin, std::size_t info) {
-    const Vec3 lower = a.cwiseMin(b).array() - margin, upper = a.cwiseMax(b).array() + margin;
-    return Box(CGAL::Bbox_3(lower.x(), lower.y(), lower.z(), upper.x(), upper.y(), upper.z()), info);
-  };
+  const double contact = tolerance::kContact * surface.diagonal(),
+               distance = tolerance::kModelled * surface.diagonal();
   std::vector<Index> ends;
-  std::vector<Box> edges, points;
+  std::vector<Eigen::AlignedBox3d> edges, points;
   for (std::size_t s = 0; s < sides.size(); ++s) {
     const auto [a, b] = edge_ends(sides[s].key);
     ends.insert(ends.end(), {a, b});
-    edges.push_back(box(surface.points[at(a)], surface.points[at(b)], distance, s));
+    auto& box = edges.emplace_back(surface.points[a]).extend(surface.points[b]);
+    box.min().array() -= distance;
+    box.max().array() += distance;
   }
   std::sort(ends.begin(), ends.end());
   ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
-  for (const Index v : ends) points.push_back(box(surface.points[at(v)], surface.points[at(v)], 0, at(v)));
+  for (const Index v : ends) points.emplace_back(surface.points[v]);
 
   std::vector<Stop> stops;
-  CGAL::box_intersection_d(
-      edges.begin(), edges.end(), points.begin(), points.end(), [&](const Box& edge, const Box& point) {
-        const auto [a, b] = edge_ends(sides[edge.info()].key);
-        const Vec3 from = surface.points[at(a)], d = surface.points[at(b)] - from;
-        const Vec3 x = surface.points[point.info()] - from;
-        const double along = x.dot(d) / d.squaredNorm(), margin = contact / d.norm();
-        const double off = (x - along * d).norm();
-        if (along > margin && along < 1 - margin && off <= distance)
-          stops.push_back({edge.info(), along, static_cast<Index>(point.info()), off <= contact});
-      });
+  for_each_pair_that_meets(edges, points, [&](std::size_t edge, std::size_t end) {
+    const auto [a, b] = edge_ends(sides[edge].key);
+    const Vec3 from = surface.points[a], d = surface.points[b] - from;
+    const Vec3 x = surface.points[ends[end]] - from;
+    const double along = x.dot(d) / d.squaredNorm(), margin = contact / d.norm();
+    const double off = (x - along * d).norm();
+    if (along > margin && along < 1 - margin && off <= distance)
+      stops.push_back({edge, along, ends[end], off <= contact});
+  });
   std::sort(stops.begin(), stops.end(), [](const Stop& p, const Stop& q) {
     return std::tuple(p.side, p.along, p.vertex) < std::tuple(q.side, q.along, q.vertex);
   });

@@ -32,19 +32,18 @@ class WallFinder {
         rounding_(tolerance::kDegenerateHeight *
                   std::max(mesh.lower().cwiseAbs().maxCoeff(), mesh.upper().cwiseAbs().maxCoeff())),
         slack_(tolerance::kCoplanar * mesh.diagonal() + rounding_),
-        face_of_(at(mesh.patch_count())) {}
+        face_of_(mesh.patch_count()) {}
 
   std::vector<Facet> find() {
     find_faces();
     find_neighbours();
-    std::vector<Index> all(at(mesh_.patch_count()));
+    std::vector<Index> all(mesh_.patch_count());
     std::iota(all.begin(), all.end(), 0);
     std::vector<Facet> out;
     for (const auto& group : connected(all, [&](Index a, Index b) { return coplanar(a, b); })) {
       if (add_outline(group, out)) continue;
       // The union has no outline: each face on its own.
-      for (const auto& face :
-           connected(group, [&](Index a, Index b) { return face_of_[at(a)] == face_of_[at(b)]; }))
+      for (const auto& face : connected(group, [&](Index a, Index b) { return face_of_[a] == face_of_[b]; }))
         if (!add_outline(face, out))
           for (const Index i : face) out.push_back({{i}, whole(i)});
     }
@@ -122,7 +121,7 @@ class WallFinder {
     }
     const bool planar = face.deviation <= 2 * tolerance::kPlanarity * (upper - lower).norm() + rounding_;
     if (planar || face.patches.size() == 1) {
-      for (const Index i : face.patches) face_of_[at(i)] = static_cast<Index>(faces_.size());
+      for (const Index i : face.patches) face_of_[i] = static_cast<Index>(faces_.size());
       faces_.push_back(std::move(face));
     } else {
       for (const Index i : face.patches) add_faces({i});
@@ -137,9 +136,9 @@ class WallFinder {
   }
   // The normal of a sliver is rounding, so the plane of the other one may do.
   bool coplanar(Index a, Index b) {
-    const auto [f, g] = std::minmax(face_of_[at(a)], face_of_[at(b)]);
+    const auto [f, g] = std::minmax(face_of_[a], face_of_[b]);
     if (f == g) return true;
-    const Face &one = faces_[at(f)], &other = faces_[at(g)];
+    const Face &one = faces_[f], &other = faces_[g];
     if (!(one.normal.dot(other.normal) > 0.5)) return false;
     const auto [known, fresh] = coplanar_.try_emplace({f, g}, false);
     if (fresh) known->second = !(reaches_out(one, other) && reaches_out(other, one));
@@ -151,7 +150,7 @@ class WallFinder {
       const auto c = mesh_.corners(i);
       side_start_.push_back(sides_.size());
       for (std::size_t k = 0; k < c.size(); ++k) {
-        const Index from = position_[at(c[k])], to = position_[at(c[(k + 1) % c.size()])];
+        const Index from = position_[c[k]], to = position_[c[(k + 1) % c.size()]];
         sides_.push_back({edge_key(from, to), i, from, to});
       }
     }
@@ -179,9 +178,9 @@ class WallFinder {
   // The patches in groups that hang together over edges on whose sides `joined` holds, ordered by their first patches.
   template <class Joined>
   std::vector<std::vector<Index>> connected(const std::vector<Index>& patches, const Joined& joined) {
-    DisjointSets sets(at(mesh_.patch_count()));
+    DisjointSets sets(mesh_.patch_count());
     for (const Index i : patches)
-      for (std::size_t s = side_start_[at(i)]; s < side_start_[at(i) + 1]; ++s)
+      for (std::size_t s = side_start_[i]; s < side_start_[i + 1]; ++s)
         if (const Index j = sides_[s].neighbour; j >= 0 && joined(i, j)) sets.unite(i, j);
     std::unordered_map<Index, std::size_t> number;
     std::vector<std::vector<Index>> groups;
@@ -243,12 +242,12 @@ class WallFinder {
     const Vec3 u = normal.unitOrthogonal(), v = normal.cross(u);
 
     double deviation = 0;
-    for (const Index i : group) deviation = std::max(deviation, faces_[at(face_of_[at(i)])].deviation);
+    for (const Index i : group) deviation = std::max(deviation, faces_[face_of_[i]].deviation);
     std::map<Index, std::vector<Index>> next;  // boundary edges by their start
     for (const Index i : group) {
       for (const Index c : mesh_.corners(i))
         if (std::abs(normal.dot(mesh_.vertex(c) - origin)) > 4 * std::max(slack_, deviation)) return {};
-      for (std::size_t s = side_start_[at(i)]; s < side_start_[at(i) + 1]; ++s)
+      for (std::size_t s = side_start_[i]; s < side_start_[i + 1]; ++s)
         if (!std::binary_search(group.begin(), group.end(), sides_[s].neighbour))
           next[sides_[s].from].push_back(sides_[s].to);
     }
@@ -276,7 +275,7 @@ class WallFinder {
     std::vector<Loop> loops;
     if (Loop loop = single_loop(boundary); !loop.empty()) {
       std::vector<Vec2> ring;
-      for (const Index p : loop) ring.push_back(points[at(p)]);
+      for (const Index p : loop) ring.push_back(points[p]);
       if (polygon::is_convex(ring, -tolerance::kStraight)) loops.push_back(std::move(loop));
     }
     if (loops.empty()) {
@@ -284,16 +283,14 @@ class WallFinder {
       PlanarMesh planar = mesh_polygon(points, boundary);
       if (planar.points.size() > given) return {};  // the boundary crosses itself
       for (const auto& t : planar.triangles) loops.push_back({t[0], t[1], t[2]});
-      loops = join_convex(std::move(loops), [&](Index p) { return points[at(p)]; });
+      loops = join_convex(std::move(loops), [&](Index p) { return points[p]; });
     }
     double covered = 0;
     for (const Loop& loop : loops)
       for (std::size_t k = 1; k + 1 < loop.size(); ++k)
-        covered +=
-            cross(points[at(loop[k])] - points[at(loop[0])], points[at(loop[k + 1])] - points[at(loop[0])]) /
-            2;
+        covered += cross(points[loop[k]] - points[loop[0]], points[loop[k + 1]] - points[loop[0]]) / 2;
     if (std::abs(covered - total) > tolerance::kPlanarity * total) return {};
-    return lift(loops, normal, [&](Index p) { return mesh_.vertex(numbers[at(p)]); });
+    return lift(loops, normal, [&](Index p) { return mesh_.vertex(numbers[p]); });
   }
 
   // Removes the points at which the boundary goes straight on.
@@ -402,11 +399,11 @@ std::shared_ptr<const std::vector<Facet>> with_pieces(std::vector<Facet> facets,
   for (const Facet& facet : facets) count += facet.patches.size();
   std::vector<std::size_t> facet_of(count);
   for (std::size_t f = 0; f < facets.size(); ++f) {
-    for (const Index whole : facets[f].patches) facet_of[at(whole)] = f;
+    for (const Index whole : facets[f].patches) facet_of[whole] = f;
     facets[f].patches.clear();
   }
   for (std::size_t i = 0; i < whole_of.size(); ++i)
-    facets[facet_of[at(whole_of[i])]].patches.push_back(static_cast<Index>(i));
+    facets[facet_of[whole_of[i]]].patches.push_back(static_cast<Index>(i));
   if (std::any_of(facets.begin(), facets.end(), [](const Facet& facet) { return facet.patches.empty(); }))
     return nullptr;
   return std::make_shared<const std::vector<Facet>>(std::move(facets));

@@ -26,7 +26,7 @@ struct Overloaded : Functions... {
 
 Pieces whole_faces(const Surface& surface) {
   Pieces pieces{surface.points, surface.corners, surface.start, {}, {}};
-  pieces.polygon.resize(at(surface.count()));
+  pieces.polygon.resize(surface.count());
   std::iota(pieces.polygon.begin(), pieces.polygon.end(), 0);
   return pieces;
 }
@@ -46,12 +46,11 @@ std::vector<Index> shared_corners(const Pieces& pieces, const Surface& surface) 
   for (std::size_t p = 0; p < pieces.polygon.size(); ++p) {
     const Index first = pieces.start[p], last = pieces.start[p + 1];
     normals.push_back(
-        polygon::area_vector(pieces.points, std::span(pieces.corners).subspan(at(first), at(last - first)))
+        polygon::area_vector(pieces.points, std::span(pieces.corners).subspan(first, last - first))
             .normalized());
     for (Index c = first; c < last; ++c) {
       const Index next = c + 1 < last ? c + 1 : first;
-      sides.push_back(
-          {edge_key(pieces.corners[at(c)], pieces.corners[at(next)]), static_cast<Index>(p), c, next});
+      sides.push_back({edge_key(pieces.corners[c], pieces.corners[next]), static_cast<Index>(p), c, next});
     }
   }
   std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
@@ -61,13 +60,10 @@ std::vector<Index> shared_corners(const Pieces& pieces, const Surface& surface) 
     for (next = k + 1; next < sides.size() && sides[next].key == sides[k].key;) ++next;
     if (next - k != 2) continue;
     const Side &a = sides[k], &b = sides[k + 1];
-    const auto material = [&](const Side& side) {
-      return surface.material[at(pieces.polygon[at(side.piece)])];
-    };
-    const bool opposed = pieces.corners[at(a.corner)] == pieces.corners[at(b.next)];
+    const auto material = [&](const Side& side) { return surface.material[pieces.polygon[side.piece]]; };
+    const bool opposed = pieces.corners[a.corner] == pieces.corners[b.next];
     if (!opposed || a.piece == b.piece || material(a) != material(b) ||
-        normals[at(a.piece)].dot(normals[at(b.piece)]) < tolerance::kSmoothCosine ||
-        pieces.creases.contains(a.key))
+        normals[a.piece].dot(normals[b.piece]) < tolerance::kSmoothCosine || pieces.creases.contains(a.key))
       continue;
     same.unite(a.corner, b.next);
     same.unite(a.next, b.corner);
@@ -79,21 +75,21 @@ std::vector<Index> shared_corners(const Pieces& pieces, const Surface& surface) 
 
 Index count_with_backs(const Pieces& pieces, const Surface& surface, const Scene& scene) {
   Index count = 0;
-  for (const Index p : pieces.polygon) count += scene.two_sided(surface.face[at(p)]) ? 2 : 1;
+  for (const Index p : pieces.polygon) count += scene.two_sided(surface.face[p]) ? 2 : 1;
   return count;
 }
 
 /// Which patch of a mesh of whole polygons a piece, or its back, belongs to: fronts are numbered as the polygons, then backs.
 struct Whole {
   std::vector<Index> back;  // per polygon; −1: it has none
-  Index of(Index polygon, bool of_back) const { return of_back ? back[at(polygon)] : polygon; }
+  Index of(Index polygon, bool of_back) const { return of_back ? back[polygon] : polygon; }
 };
 
 Whole number_wholes(const Surface& surface, const Scene& scene) {
   Whole out;
   Index next = surface.count();
   for (Index p = 0; p < surface.count(); ++p)
-    out.back.push_back(scene.two_sided(surface.face[at(p)]) ? next++ : -1);
+    out.back.push_back(scene.two_sided(surface.face[p]) ? next++ : -1);
   return out;
 }
 
@@ -109,20 +105,20 @@ PatchMesh to_mesh(const Pieces& pieces, const Surface& surface, const Scene& sce
   const auto add_patches = [&](bool back) {
     std::vector<Index> vertex_of(pieces.corners.size(), -1);
     for (std::size_t p = 0; p < pieces.polygon.size(); ++p) {
-      const Index polygon = pieces.polygon[p], material = surface.material[at(polygon)];
-      if (back && !scene.two_sided(surface.face[at(polygon)])) continue;
+      const Index polygon = pieces.polygon[p], material = surface.material[polygon];
+      if (back && !scene.two_sided(surface.face[polygon])) continue;
       const Index first = pieces.start[p], n = pieces.start[p + 1] - first;
       for (Index k = 0; k < n; ++k) {
         const Index corner = first + (back ? (n - k) % n : k);
-        Index& vertex = vertex_of[at(shared[at(corner)])];
+        Index& vertex = vertex_of[shared[corner]];
         if (vertex < 0) {
           vertex = static_cast<Index>(arrays.vertices.size());
-          arrays.vertices.push_back(pieces.points[at(pieces.corners[at(corner)])]);
+          arrays.vertices.push_back(pieces.points[pieces.corners[corner]]);
         }
         arrays.corners.push_back(vertex);
       }
       arrays.patch_start.push_back(static_cast<Index>(arrays.corners.size()));
-      arrays.patch_surface.push_back(surface.face[at(polygon)]);
+      arrays.patch_surface.push_back(surface.face[polygon]);
       arrays.patch_material.push_back(material);
       whole_of.push_back(wholes.of(polygon, back));
     }
@@ -146,7 +142,7 @@ Index open_edges(const Surface& surface, const Contacts& contacts, const Scene& 
   for (std::size_t k = 0, next; k < sides.size(); k = next) {
     const std::uint64_t key = sides[k].first;
     for (next = k + 1; next < sides.size() && sides[next].first == key;) ++next;
-    if (next - k != 1 || scene.two_sided(surface.face[at(sides[k].second)])) continue;
+    if (next - k != 1 || scene.two_sided(surface.face[sides[k].second])) continue;
     const double length = (surface.points[key >> 32] - surface.points[key & 0xffffffffU]).norm();
     const auto covered = contacts.covered.find(key);
     if (covered == contacts.covered.end() || covered->second < length * (1 - 1e-3) - 2 * contacts.distance)
@@ -190,19 +186,18 @@ bool is_triangle_or_convex_quad(const Surface& surface, Index polygon) {
 /// Drops the faces that lie wholly in others of the same material that face the same way; of two that lie in each other the later
 /// one. Returns their numbers.
 std::vector<Index> drop_contained(Surface& faces, Surface& polygons, const Contacts& contacts) {
-  std::vector<std::uint8_t> gone(at(polygons.count()));
+  std::vector<std::uint8_t> gone(polygons.count());
   for (const auto& [inner, outer] : contacts.contained)
-    if (gone[at(outer)] == 0) gone[at(inner)] = 1;
+    if (gone[outer] == 0) gone[inner] = 1;
   // A face stays as long as one of its polygons does.
   std::unordered_set<Index> staying;
   for (Index p = 0; p < polygons.count(); ++p)
-    if (gone[at(p)] == 0) staying.insert(polygons.face[at(p)]);
+    if (gone[p] == 0) staying.insert(polygons.face[p]);
   const auto without = [&](const Surface& surface) {
     Surface left;
     left.points = surface.points;
     for (Index p = 0; p < surface.count(); ++p)
-      if (staying.contains(surface.face[at(p)]))
-        left.add(surface.loop(p), surface.face[at(p)], surface.material[at(p)]);
+      if (staying.contains(surface.face[p])) left.add(surface.loop(p), surface.face[p], surface.material[p]);
     return left;
   };
   std::vector<Index> dropped;
@@ -232,7 +227,7 @@ Sized fit(const Subdivision& subdivision, const Surface& surface, const Scene& s
   double area = 0;
   for (Index p = 0; p < surface.count(); ++p)
     area += polygon::area_vector(surface.points, surface.loop(p)).norm() *
-            (scene.two_sided(surface.face[at(p)]) ? 2 : 1);
+            (scene.two_sided(surface.face[p]) ? 2 : 1);
   double size = std::sqrt(area / target);
   // Long and narrow faces have more patches along their edges than their area asks for.
   constexpr double kFarOff = 8;
@@ -282,15 +277,15 @@ Patches make_patches(const Scene& scene, const PatchOptions& options) {
   bool cut_seen = false;
   for (Index p = 0; p < polygons.count(); ++p) {
     // Pieces of one face follow one another; a face counts with its first (cut) piece.
-    const Index face = polygons.face[at(p)];
-    const bool first = p == 0 || polygons.face[at(p - 1)] != face;
+    const Index face = polygons.face[p];
+    const bool first = p == 0 || polygons.face[p - 1] != face;
     if (first) cut_seen = false;
     if (subdivision.is_cut(p) && !cut_seen) {
       ++repairs.cut_faces;
       cut_seen = true;
     }
     if (!first) continue;
-    const bool split = p + 1 < polygons.count() && polygons.face[at(p + 1)] == face;
+    const bool split = p + 1 < polygons.count() && polygons.face[p + 1] == face;
     repairs.non_planar_faces += split ? 1 : 0;
     repairs.triangulated_faces += split || !is_triangle_or_convex_quad(polygons, p) ? 1 : 0;
   }

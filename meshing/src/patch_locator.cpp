@@ -3,11 +3,26 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
+#include "facet_axes.hpp"
 #include "radiosity/meshing/tolerances.hpp"
 
 namespace radiosity {
+
+FacetAxes::FacetAxes(const PatchMesh& mesh, const Facet& facet) {
+  const auto corners = mesh.corners(facet.patches[0]);
+  origin = mesh.vertex(corners[0]);
+  u = (mesh.vertex(corners[1]) - origin).normalized();
+  v = facet.pieces[0].normal.cross(u).normalized();
+  Eigen::AlignedBox2d first;
+  for (const Index c : corners) first.extend(flat(mesh.vertex(c)));
+  constexpr double kRectangle = 0.999;  // of its bounding box: the grid only has to fit, not to be exact
+  if (corners.size() == 4 && mesh.area(facet.patches[0]) >= kRectangle * first.volume()) cell = first.sizes();
+  for (const Index i : facet.patches) {
+    area += mesh.area(i);
+    for (const Index c : mesh.corners(i)) box.extend(flat(mesh.vertex(c)));
+  }
+}
 
 PatchLocator::PatchLocator(const PatchMesh& mesh, const Facet& facet) {
   if (facet.patches.size() == 1) {
@@ -15,39 +30,23 @@ PatchLocator::PatchLocator(const PatchMesh& mesh, const Facet& facet) {
     cells_ = {{{0, 0, 1}, {facet.patches[0], facet.patches[0]}}};
     return;
   }
-  // Axes along the first patch's first edge; where patches are rectangles, the cells take their size.
-  const Vec3& normal = facet.pieces[0].normal;
-  const auto first = mesh.corners(facet.patches[0]);
-  const Vec3& corner = mesh.vertex(first[0]);
-  u_ = (mesh.vertex(first[1]) - corner).normalized();
-  v_ = normal.cross(u_).normalized();
-  double area = 0;
-  Eigen::AlignedBox2d box;
-  const auto extend = [&](Eigen::AlignedBox2d& b, Index i) {
-    for (const Index c : mesh.corners(i))
-      b.extend(Eigen::Vector2d(u_.dot(mesh.vertex(c) - corner), v_.dot(mesh.vertex(c) - corner)));
-  };
-  for (const Index i : facet.patches) {
-    area += mesh.area(i);
-    extend(box, i);
-  }
-  Eigen::AlignedBox2d one;
-  extend(one, facet.patches[0]);
-  Eigen::Vector2d cell = one.sizes();
-  if (first.size() != 4 || mesh.area(facet.patches[0]) < 0.999 * cell.prod())
-    cell = Eigen::Vector2d::Constant(std::sqrt(area / 8 / static_cast<double>(facet.patches.size())));
+  const FacetAxes axes(mesh, facet);
+  const Eigen::Vector2d extent = axes.box.sizes();
+  // Where patches are rectangles, the cells take their size.
+  Eigen::Vector2d cell = axes.cell.value_or(
+      Eigen::Vector2d::Constant(std::sqrt(axes.area / 8 / static_cast<double>(facet.patches.size()))));
   // Memory stays in proportion to the patches, whatever their shape.
-  const double cells = box.sizes().cwiseQuotient(cell).prod();
+  const double cells = extent.cwiseQuotient(cell).prod();
   const double most = 16 + 12 * static_cast<double>(facet.patches.size());
   if (cells > most) cell *= std::sqrt(cells / most);
   const auto count = [](double length, double step) {
     return static_cast<int>(std::clamp(std::round(length / step), 1.0, 1e6));
   };
-  columns_ = count(box.sizes().x(), cell.x());
-  rows_ = count(box.sizes().y(), cell.y());
-  origin_ = corner + box.min().x() * u_ + box.min().y() * v_;
-  u_ *= columns_ / box.sizes().x();
-  v_ *= rows_ / box.sizes().y();
+  columns_ = count(extent.x(), cell.x());
+  rows_ = count(extent.y(), cell.y());
+  origin_ = axes.origin + axes.box.min().x() * axes.u + axes.box.min().y() * axes.v;
+  u_ = columns_ / extent.x() * axes.u;
+  v_ = rows_ / extent.y() * axes.v;
 
   const auto cell_count = static_cast<std::size_t>(rows_) * static_cast<std::size_t>(columns_);
   std::vector<std::vector<std::uint32_t>> lists(cell_count);
@@ -72,7 +71,7 @@ PatchLocator::PatchLocator(const PatchMesh& mesh, const Facet& facet) {
       corners.push_back(p);
       Triangle& triangle = triangles.emplace_back();
       triangle.patch = i;
-      for (int k = 0; k < 3; ++k) triangle.distance.row(k) = edge[static_cast<std::size_t>(k)].cast<float>();
+      for (int k = 0; k < 3; ++k) triangle.distance.row(k) = edge[k].cast<float>();
       const int x1 = std::min(columns_ - 1, static_cast<int>(reach.max().x() - kInside));
       const int y1 = std::min(rows_ - 1, static_cast<int>(reach.max().y() - kInside));
       for (int y = std::max(0, static_cast<int>(reach.min().y() + kInside)); y <= y1; ++y) {
@@ -131,7 +130,7 @@ PatchLocator::PatchLocator(const PatchMesh& mesh, const Facet& facet) {
 
 Index PatchLocator::among_several(const Cell& cell, const Eigen::Vector2f& p) const {
   const Eigen::Vector3f q(p.x(), p.y(), 1);
-  const Triangle* const first = &triangles_[static_cast<std::size_t>(-1 - cell.sides[0])];
+  const Triangle* const first = &triangles_[-1 - cell.sides[0]];
   Index best = first->patch;
   float deepest = -std::numeric_limits<float>::max();
   for (const Triangle* t = first; t != first + cell.sides[1]; ++t) {

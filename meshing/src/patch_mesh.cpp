@@ -74,7 +74,7 @@ struct Topology {
     return half_edges.add_vertex();
   }
   HalfEdges::VertexHandle replace(Index vertex) {
-    split[at(vertex)] = 1;
+    split[vertex] = 1;
     copies.emplace(vertex, static_cast<Index>(origin.size()));
     return add_vertex(vertex);
   }
@@ -114,10 +114,10 @@ PatchMesh::PatchMesh(Arrays arrays) : arrays_(std::move(arrays)) {
     std::vector<std::uint8_t> seen(patches, 0);
     for (const Facet& facet : *facets)
       for (const Index p : facet.patches) {
-        if (p < 0 || at(p) >= patches || seen[at(p)] != 0)
+        if (p < 0 || at(p) >= patches || seen[p] != 0)
           throw InputError(
               fmt::format("facets: patch {} is in several, or not one of the {} patches", p, patches));
-        seen[at(p)] = 1;
+        seen[p] = 1;
       }
     if (const auto missing = std::find(seen.begin(), seen.end(), 0); missing != seen.end())
       throw InputError(fmt::format("facets: patch {} is in none", missing - seen.begin()));
@@ -145,8 +145,8 @@ PatchMesh::PatchMesh(Arrays arrays) : arrays_(std::move(arrays)) {
       if (v < 0 || at(v) >= vertices.size())
         throw InputError(
             fmt::format("patch {}: vertex {} is not one of the {} vertices", p, v, vertices.size()));
-      lower_ = lower_.cwiseMin(vertices[at(v)]);
-      upper_ = upper_.cwiseMax(vertices[at(v)]);
+      lower_ = lower_.cwiseMin(vertices[v]);
+      upper_ = upper_.cwiseMax(vertices[v]);
     }
     const Vec3 area_vector = polygon::area_vector(vertices, loop);
     const double area = area_vector.norm();
@@ -157,16 +157,16 @@ PatchMesh::PatchMesh(Arrays arrays) : arrays_(std::move(arrays)) {
     normals_.push_back(area_vector / area);
 
     // x_c = v_0 + Σ A_k (d_k + d_{k+1})/3 / Σ A_k, with d_k = v_k − v_0 and the signed areas A_k.
-    const Vec3& first = vertices[at(loop[0])];
+    const Vec3& first = vertices[loop[0]];
     Vec3 moment = Vec3::Zero();
     for (std::size_t k = 1; k + 1 < loop.size(); ++k) {
-      const Vec3 a = vertices[at(loop[k])] - first, b = vertices[at(loop[k + 1])] - first;
+      const Vec3 a = vertices[loop[k]] - first, b = vertices[loop[k + 1]] - first;
       moment += a.cross(b).dot(normals_.back()) / 2 * (a + b) / 3;
     }
     centroids_.push_back(first + moment / area);
 
     for (const auto& [a, b, c] : polygon::triangles(vertices, loop)) {
-      triangles_.push_back({loop[at(a)], loop[at(b)], loop[at(c)]});
+      triangles_.push_back({loop[a], loop[b], loop[c]});
       triangle_patch_.push_back(static_cast<Index>(p));
     }
     triangle_start_.push_back(static_cast<Index>(triangles_.size()));
@@ -174,16 +174,16 @@ PatchMesh::PatchMesh(Arrays arrays) : arrays_(std::move(arrays)) {
   if (patches == 0) lower_ = upper_ = Vec3::Zero();
 
   vertex_patches_.start.assign(vertices.size() + 1, 0);
-  for (const Index v : corners) ++vertex_patches_.start[at(v) + 1];
+  for (const Index v : corners) ++vertex_patches_.start[v + 1];
   for (std::size_t v = 0; v < vertices.size(); ++v) vertex_patches_.start[v + 1] += vertex_patches_.start[v];
   // A patch that passes a vertex twice is listed once; the gap closes below.
   std::vector<Index> used(vertices.size(), 0), last(vertices.size(), -1);
   vertex_patches_.items.resize(corners.size());
   for (std::size_t p = 0; p < patches; ++p)
     for (const Index v : this->corners(static_cast<Index>(p))) {
-      if (last[at(v)] == static_cast<Index>(p)) continue;
-      last[at(v)] = static_cast<Index>(p);
-      vertex_patches_.items[at(vertex_patches_.start[at(v)] + used[at(v)]++)] = static_cast<Index>(p);
+      if (last[v] == static_cast<Index>(p)) continue;
+      last[v] = static_cast<Index>(p);
+      vertex_patches_.items[vertex_patches_.start[v] + used[v]++] = static_cast<Index>(p);
     }
   std::size_t filled = 0;
   for (std::size_t v = 0; v < vertices.size(); ++v) {
@@ -201,14 +201,14 @@ PatchMesh::PatchMesh(Arrays arrays) : arrays_(std::move(arrays)) {
   std::vector<std::array<Index, 2>> pairs;
   pairs.reserve(2 * mesh.n_edges());
   for (const auto h : mesh.halfedges())
-    pairs.push_back({topology.origin[at(mesh.from_vertex_handle(h).idx())],
-                     topology.origin[at(mesh.to_vertex_handle(h).idx())]});
+    pairs.push_back(
+        {topology.origin[mesh.from_vertex_handle(h).idx()], topology.origin[mesh.to_vertex_handle(h).idx()]});
   std::sort(pairs.begin(), pairs.end());
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   vertex_neighbours_.start.assign(vertices.size() + 1, 0);
   vertex_neighbours_.items.reserve(pairs.size());
   for (const auto& [v, neighbour] : pairs) {
-    ++vertex_neighbours_.start[at(v) + 1];
+    ++vertex_neighbours_.start[v + 1];
     vertex_neighbours_.items.push_back(neighbour);
   }
   for (std::size_t v = 0; v < vertices.size(); ++v) {
@@ -232,7 +232,7 @@ PatchMesh PatchMesh::with_materials(std::vector<Material> materials) const {
 /// E = Φ / A
 void PatchMesh::spread_powers() {
   std::vector<double> area(arrays_.materials.size());
-  for (Index p = 0; p < patch_count(); ++p) area[at(material(p))] += areas_[p];
+  for (Index p = 0; p < patch_count(); ++p) area[material(p)] += areas_[p];
   for (std::size_t m = 0; m < area.size(); ++m) {
     Material& lamp = arrays_.materials[m];
     if (!lamp.emits_power) continue;

@@ -55,25 +55,24 @@ class Mesher {
     }
     for (const Edges edges : {boundary_, lines_})
       for (const auto& [a, b] : edges)
-        if (vertices[at(a)] != vertices[at(b)])
-          triangulation_.insert_constraint(vertices[at(a)], vertices[at(b)]);
+        if (vertices[a] != vertices[b]) triangulation_.insert_constraint(vertices[a], vertices[b]);
     mark_regions();
   }
 
   void add_lattice(double spacing) {
-    Vec2 lower = points_[at(boundary_[0][0])], upper = lower;
+    Vec2 lower = points_[boundary_[0][0]], upper = lower;
     double longest = 0;
     Vec2 phase = lower;
     for (const auto& [a, b] : boundary_) {
-      lower = lower.cwiseMin(points_[at(a)]);
-      upper = upper.cwiseMax(points_[at(a)]);
+      lower = lower.cwiseMin(points_[a]);
+      upper = upper.cwiseMax(points_[a]);
     }
     const double clearance = 0.6 * spacing;
     if ((upper - lower).minCoeff() <= 2 * clearance) return;
     // The first row is half a step off the points of the lowest edge parallel to the rows, as in a mesh of
     // equilateral triangles.
     for (const auto& [a, b] : boundary_) {
-      const Vec2 &p = points_[at(a)], &q = points_[at(b)];
+      const Vec2 &p = points_[a], &q = points_[b];
       if (std::abs(p.y() - q.y()) > 1e-6 * spacing || std::abs(p.x() - q.x()) <= longest * (1 + 1e-6))
         continue;
       longest = std::abs(p.x() - q.x());
@@ -135,7 +134,7 @@ class Mesher {
     for (const Face f : triangulation_.finite_face_handles()) {
       if (f->info().region != Region::inside) continue;
       std::array<Index, 3> corners;
-      for (int k = 0; k < 3; ++k) corners[static_cast<std::size_t>(k)] = f->vertex(k)->info().number;
+      for (int k = 0; k < 3; ++k) corners[k] = f->vertex(k)->info().number;
       std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
       mesh.triangles.push_back(corners);
     }
@@ -170,7 +169,7 @@ class Mesher {
   std::vector<Interval> inner_intervals(double phase, double height) const {
     std::vector<std::pair<long, double>> crossings;
     for (const auto& [i, j] : boundary_) {
-      Vec2 a = points_[at(i)], b = points_[at(j)];
+      Vec2 a = points_[i], b = points_[j];
       if (a.y() > b.y()) std::swap(a, b);
       // Edges are half open: a row through a corner meets one of two edges that go on upwards or downwards there.
       const auto row_at_or_above = [&](double y) {
@@ -192,11 +191,11 @@ class Mesher {
   class Buckets {
    public:
     Buckets(const Mesher& mesher, double cell, double clearance)
-        : clearance_(clearance), cell_(cell), origin_(mesher.points_[at(mesher.boundary_[0][0])]) {
+        : clearance_(clearance), cell_(cell), origin_(mesher.points_[mesher.boundary_[0][0]]) {
       const Vec2 reach = Vec2::Constant(clearance);
       for (const Edges edges : {mesher.boundary_, mesher.lines_})
         for (const auto& [a, b] : edges) {
-          const Vec2 &p = mesher.points_[at(a)], &q = mesher.points_[at(b)];
+          const Vec2 &p = mesher.points_[a], &q = mesher.points_[b];
           const Cell from = cell_of(p.cwiseMin(q) - reach), to = cell_of(p.cwiseMax(q) + reach);
           for (Cell c = from; c[1] <= to[1]; ++c[1])
             for (c[0] = from[0]; c[0] <= to[0]; ++c[0]) segments_.push_back({c, p, q});
@@ -285,7 +284,7 @@ class Mesher {
   bool inside_boundary(const Vec2& p) const {
     bool inside = false;
     for (const auto& [i, j] : boundary_) {
-      Vec2 a = points_[at(i)], b = points_[at(j)];
+      Vec2 a = points_[i], b = points_[j];
       if ((a.y() > p.y()) == (b.y() > p.y())) continue;
       if (a.y() > b.y()) std::swap(a, b);
       if (cross(b - a, p - a) > 0) inside = !inside;

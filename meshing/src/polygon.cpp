@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "planar_mesh.hpp"
+#include "radiosity/meshing/polygon_kit.hpp"
 #include "radiosity/meshing/tolerances.hpp"
 
 namespace radiosity {
@@ -15,12 +16,12 @@ std::vector<Index> first_equal(std::span<const Vec3> points) {
   std::vector<Index> order(points.size()), first(points.size());
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) {
-    const Vec3 &p = points[at(a)], &q = points[at(b)];
+    const Vec3 &p = points[a], &q = points[b];
     return std::lexicographical_compare(p.begin(), p.end(), q.begin(), q.end());
   });
   for (std::size_t k = 0; k < order.size(); ++k) {
-    const bool equal = k > 0 && points[at(order[k])] == points[at(order[k - 1])];
-    first[at(order[k])] = equal ? first[at(order[k - 1])] : order[k];
+    const bool equal = k > 0 && points[order[k]] == points[order[k - 1]];
+    first[order[k]] = equal ? first[order[k - 1]] : order[k];
   }
   return first;
 }
@@ -28,10 +29,10 @@ std::vector<Index> first_equal(std::span<const Vec3> points) {
 namespace polygon {
 
 Vec3 area_vector(std::span<const Vec3> points, std::span<const Index> corners) {
-  const Vec3& first = points[at(corners[0])];
-  Vec3 sum = Vec3::Zero(), previous = points[at(corners[1])] - first;
+  const Vec3& first = points[corners[0]];
+  Vec3 sum = Vec3::Zero(), previous = points[corners[1]] - first;
   for (std::size_t k = 2; k < corners.size(); ++k) {
-    const Vec3 next = points[at(corners[k])] - first;
+    const Vec3 next = points[corners[k]] - first;
     sum += previous.cross(next);
     previous = next;
   }
@@ -41,14 +42,14 @@ Vec3 area_vector(std::span<const Vec3> points, std::span<const Index> corners) {
 double longest_edge(std::span<const Vec3> points, std::span<const Index> corners) {
   double squared = 0;
   for (std::size_t k = 0; k < corners.size(); ++k)
-    squared = std::max(
-        squared, (points[at(corners[(k + 1) % corners.size()])] - points[at(corners[k])]).squaredNorm());
+    squared =
+        std::max(squared, (points[corners[(k + 1) % corners.size()]] - points[corners[k]]).squaredNorm());
   return std::sqrt(squared);
 }
 
 double magnitude(std::span<const Vec3> points, std::span<const Index> corners) {
   double greatest = 0;
-  for (const Index c : corners) greatest = std::max(greatest, points[at(c)].cwiseAbs().maxCoeff());
+  for (const Index c : corners) greatest = std::max(greatest, points[c].cwiseAbs().maxCoeff());
   return greatest;
 }
 
@@ -57,11 +58,11 @@ double rounding(std::span<const Vec3> points, std::span<const Index> corners) {
 }
 
 Plane::Plane(std::span<const Vec3> points, std::span<const Index> corners) {
-  const Vec3& first = points[at(corners[0])];
+  const Vec3& first = points[corners[0]];
   Vec3 mean = Vec3::Zero(), longest = Vec3::Zero();
   for (std::size_t k = 0; k < corners.size(); ++k) {
-    const Vec3& a = points[at(corners[k])];
-    const Vec3 edge = points[at(corners[(k + 1) % corners.size()])] - a;
+    const Vec3& a = points[corners[k]];
+    const Vec3 edge = points[corners[(k + 1) % corners.size()]] - a;
     mean += a - first;
     // Of equal edges the first, whatever rounding says.
     if (edge.squaredNorm() > longest.squaredNorm() * (1 + tolerance::kPlanarity)) longest = edge;
@@ -75,18 +76,18 @@ Plane::Plane(std::span<const Vec3> points, std::span<const Index> corners) {
 std::vector<Vec2> project(const Plane& plane, std::span<const Vec3> points, std::span<const Index> corners) {
   std::vector<Vec2> ring;
   ring.reserve(corners.size());
-  for (const Index c : corners) ring.push_back(plane.project(points[at(c)]));
+  for (const Index c : corners) ring.push_back(plane.project(points[c]));
   return ring;
 }
 
 bool is_planar(const Plane& plane, std::span<const Vec3> points, std::span<const Index> corners) {
   if (corners.size() == 3) return true;
-  Vec3 lower = points[at(corners[0])], upper = lower;
+  Vec3 lower = points[corners[0]], upper = lower;
   double deviation = 0;
   for (const Index c : corners) {
-    lower = lower.cwiseMin(points[at(c)]);
-    upper = upper.cwiseMax(points[at(c)]);
-    deviation = std::max(deviation, std::abs(plane.height(points[at(c)])));
+    lower = lower.cwiseMin(points[c]);
+    upper = upper.cwiseMax(points[c]);
+    deviation = std::max(deviation, std::abs(plane.height(points[c])));
   }
   return deviation <= tolerance::kPlanarity * (upper - lower).norm() + rounding(points, corners);
 }
@@ -102,6 +103,28 @@ bool is_convex(std::span<const Vec2> ring, double sine) {
     turning += std::atan2(area, in.dot(out));
   }
   return turning < 3 * std::numbers::pi;
+}
+
+std::vector<Vec3> clip(std::span<const Vec3> polygon, const Vec3& n, const Vec3& on, double slack) {
+  std::vector<Vec3> kept;
+  for (std::size_t k = 0; k < polygon.size(); ++k) {
+    const Vec3 &a = polygon[k], &b = polygon[(k + 1) % polygon.size()];
+    const double ha = n.dot(a - on), hb = n.dot(b - on);
+    if (ha >= -slack) kept.push_back(a);
+    if ((ha < -slack && hb > slack) || (ha > slack && hb < -slack))
+      kept.push_back(a + ha / (ha - hb) * (b - a));
+  }
+  return kept;
+}
+
+bool is_convex(std::span<const Vec3> corners, const Vec3& n, double least_sine) {
+  for (std::size_t k = 0, count = corners.size(); k < count; ++k) {
+    const Vec3 e = corners[(k + 1) % count] - corners[k], f = corners[(k + 2) % count] - corners[k];
+    if (!(n.dot(e.cross(f)) > least_sine * e.norm() * f.norm()) ||
+        std::abs(n.dot(e)) > tolerance::kGrazed * e.norm())
+      return false;
+  }
+  return true;
 }
 
 bool contains(std::span<const Vec2> ring, const Vec2& p) {
@@ -144,7 +167,7 @@ std::vector<std::array<Index, 3>> triangles(std::span<const Vec3> points, std::s
     const double from_0 = smaller_area(0), from_1 = smaller_area(1);
     if (from_0 > 0 || from_1 > 0) {
       const auto length = [&](std::size_t a, std::size_t b) {
-        return (points[at(corners[a])] - points[at(corners[b])]).squaredNorm();
+        return (points[corners[a]] - points[corners[b]]).squaredNorm();
       };
       // At a corner that is straight but for rounding only one diagonal gives two triangles with an area.
       const double least = 1e-6 * std::max(from_0, from_1);

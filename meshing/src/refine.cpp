@@ -9,6 +9,7 @@
 #include "polygon.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/meshing/facets.hpp"
+#include "radiosity/meshing/polygon_kit.hpp"
 #include "radiosity/meshing/tolerances.hpp"
 
 namespace radiosity {
@@ -24,7 +25,7 @@ class Cutter {
   Refinement run() {
     for (patch_ = 0; patch_ < mesh_.patch_count(); ++patch_) {
       const auto c = mesh_.corners(patch_);
-      k_ = all_k_[at(patch_)];
+      k_ = all_k_[patch_];
       if (c.size() == 4 && is_convex(c))
         add_quad({c[0], c[1], c[2], c[3]});
       else
@@ -71,15 +72,12 @@ class Cutter {
   }
 
   void add_quad(const std::array<Index, 4>& c) {
-    const Vec3& origin = mesh_.vertex(c[0]);
-    const Vec3 u = mesh_.vertex(c[1]) - origin, v = mesh_.vertex(c[3]) - origin;
-    const Vec3 twist = mesh_.vertex(c[2]) - origin - u - v;
+    const polygon::BilinearQuad quad(
+        std::array{mesh_.vertex(c[0]), mesh_.vertex(c[1]), mesh_.vertex(c[2]), mesh_.vertex(c[3])});
     const auto inner = static_cast<Index>(arrays_.vertices.size());
     for (Index j = 1; j < k_; ++j)
-      for (Index i = 1; i < k_; ++i) {
-        const double s = static_cast<double>(i) / k_, t = static_cast<double>(j) / k_;
-        add_point(origin + (s * u + t * v + s * t * twist));
-      }
+      for (Index i = 1; i < k_; ++i)
+        add_point(quad.at(static_cast<double>(i) / k_, static_cast<double>(j) / k_));
     const auto point = [&](Index i, Index j) {
       if (j == 0) return on_edge(c[0], c[1], i);
       if (i == k_) return on_edge(c[1], c[2], j);
@@ -129,7 +127,7 @@ class Cutter {
 }  // namespace
 
 Refinement refine(const PatchMesh& mesh, Index k) {
-  return refine(mesh, std::vector<Index>(at(mesh.patch_count()), k));
+  return refine(mesh, std::vector<Index>(mesh.patch_count(), k));
 }
 
 Refinement refine(const PatchMesh& mesh, std::span<const Index> k) {
@@ -138,7 +136,7 @@ Refinement refine(const PatchMesh& mesh, std::span<const Index> k) {
         fmt::format("finer patches: {} numbers of pieces for {} patches", k.size(), mesh.patch_count()));
   double corners = 0;
   for (Index i = 0; i < mesh.patch_count(); ++i) {
-    const double pieces = k[at(i)];
+    const double pieces = k[i];
     if (pieces < 1)
       throw InputError(
           fmt::format("finer patches: {} pieces of an edge of patch {}; at least 1 is needed", pieces, i));

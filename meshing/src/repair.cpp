@@ -15,8 +15,8 @@ namespace radiosity {
 double Surface::diagonal() const {
   Vec3 lower = Vec3::Constant(std::numeric_limits<double>::infinity()), upper = -lower;
   for (const Index c : corners) {
-    lower = lower.cwiseMin(points[at(c)]);
-    upper = upper.cwiseMax(points[at(c)]);
+    lower = lower.cwiseMin(points[c]);
+    upper = upper.cwiseMax(points[c]);
   }
   return (upper - lower).norm();
 }
@@ -39,7 +39,7 @@ std::string name_materials(const MaterialPairs& pairs, const Scene& scene, std::
   for (std::size_t k = 0; k < std::min(sorted.size(), kNamed); ++k) {
     const auto& [a, b] = sorted[k].first;
     text += fmt::format("{}{} of '{}' {} '{}'", k == 0 ? "" : ", ", sorted[k].second,
-                        scene.materials()[at(a)].name, between, scene.materials()[at(b)].name);
+                        scene.materials()[a].name, between, scene.materials()[b].name);
   }
   if (sorted.size() > kNamed) text += fmt::format(" and {} more combinations", sorted.size() - kNamed);
   return text;
@@ -94,14 +94,14 @@ bool cover_one_another(const Surface& surface, Index a, Index b) {
 /// Per polygon, its neighbours over edges that belong to exactly two polygons.
 std::vector<std::vector<Neighbour>> neighbours(const Surface& surface) {
   const std::vector<EdgeSide> sides = edge_sides(surface);
-  std::vector<std::vector<Neighbour>> result(at(surface.count()));
+  std::vector<std::vector<Neighbour>> result(surface.count());
   for (std::size_t k = 0, next; k < sides.size(); k = next) {
     for (next = k + 1; next < sides.size() && sides[next].key == sides[k].key;) ++next;
     if (next - k != 2 || sides[k].polygon == sides[k + 1].polygon) continue;
     const bool agrees = sides[k].forward != sides[k + 1].forward;
     if (!agrees && cover_one_another(surface, sides[k].polygon, sides[k + 1].polygon)) continue;
-    result[at(sides[k].polygon)].push_back({sides[k + 1].polygon, agrees});
-    result[at(sides[k + 1].polygon)].push_back({sides[k].polygon, agrees});
+    result[sides[k].polygon].push_back({sides[k + 1].polygon, agrees});
+    result[sides[k + 1].polygon].push_back({sides[k].polygon, agrees});
   }
   return result;
 }
@@ -111,38 +111,38 @@ std::vector<std::vector<Neighbour>> neighbours(const Surface& surface) {
 void orient(Surface& surface, Repairs& repairs, std::vector<std::string>& warnings) {
   const auto adjacent = neighbours(surface);
   constexpr std::uint8_t kUnseen = 0, kAsGiven = 1, kTurned = 2;
-  std::vector<std::uint8_t> state(at(surface.count()), kUnseen);
+  std::vector<std::uint8_t> state(surface.count(), kUnseen);
   std::vector<Index> flipped, one_sided;
   for (Index seed = 0; seed < surface.count(); ++seed) {
-    if (state[at(seed)] != kUnseen) continue;
+    if (state[seed] != kUnseen) continue;
     std::vector<Index> component{seed};
-    state[at(seed)] = kAsGiven;
+    state[seed] = kAsGiven;
     bool orientable = true;
     double area[2] = {0, 0};
     for (std::size_t k = 0; k < component.size(); ++k) {
       const Index p = component[k];
-      area[state[at(p)] == kTurned] += polygon::area_vector(surface.points, surface.loop(p)).norm();
-      for (const auto& [other, agrees] : adjacent[at(p)]) {
-        const std::uint8_t wanted = agrees == (state[at(p)] == kAsGiven) ? kAsGiven : kTurned;
-        if (state[at(other)] == kUnseen) {
-          state[at(other)] = wanted;
+      area[state[p] == kTurned] += polygon::area_vector(surface.points, surface.loop(p)).norm();
+      for (const auto& [other, agrees] : adjacent[p]) {
+        const std::uint8_t wanted = agrees == (state[p] == kAsGiven) ? kAsGiven : kTurned;
+        if (state[other] == kUnseen) {
+          state[other] = wanted;
           component.push_back(other);
-        } else if (state[at(other)] != wanted) {
+        } else if (state[other] != wanted) {
           orientable = false;
         }
       }
     }
     if (!orientable) {
-      one_sided.push_back(surface.face[at(seed)]);
+      one_sided.push_back(surface.face[seed]);
       continue;
     }
     // Equal but for rounding: the first face stays.
     const std::uint8_t turn = area[1] > area[0] * (1 + 1e-9) ? kAsGiven : kTurned;
     for (const Index p : component) {
-      if (state[at(p)] != turn) continue;
-      flipped.push_back(surface.face[at(p)]);
-      std::reverse(surface.corners.begin() + surface.start[at(p)] + 1,
-                   surface.corners.begin() + surface.start[at(p) + 1]);
+      if (state[p] != turn) continue;
+      flipped.push_back(surface.face[p]);
+      std::reverse(surface.corners.begin() + surface.start[p] + 1,
+                   surface.corners.begin() + surface.start[p + 1]);
     }
   }
   std::sort(flipped.begin(), flipped.end());
@@ -179,7 +179,7 @@ Surface repair(const Scene& scene, Repairs& repairs, std::vector<std::string>& w
   for (Index f = 0; f < scene.face_count(); ++f) {
     loop.clear();
     for (const Index c : scene.corners(f))
-      if (loop.empty() || loop.back() != first[at(c)]) loop.push_back(first[at(c)]);
+      if (loop.empty() || loop.back() != first[c]) loop.push_back(first[c]);
     while (loop.size() > 1 && loop.back() == loop.front()) loop.pop_back();
     if (unwind(loop)) unwound.push_back(f);
     const auto height = [&] {
@@ -229,14 +229,14 @@ Surface split_non_planar(const Surface& surface) {
   for (Index p = 0; p < surface.count(); ++p) {
     const auto loop = surface.loop(p);
     if (polygon::is_planar(polygon::Plane(surface.points, loop), surface.points, loop)) {
-      result.add(loop, surface.face[at(p)], surface.material[at(p)]);
+      result.add(loop, surface.face[p], surface.material[p]);
       continue;
     }
     for (const auto& [a, b, c] : polygon::triangles(surface.points, loop)) {
-      const std::array<Index, 3> triangle{loop[at(a)], loop[at(b)], loop[at(c)]};
+      const std::array<Index, 3> triangle{loop[a], loop[b], loop[c]};
       if (2 * polygon::area_vector(surface.points, triangle).norm() >
           polygon::longest_edge(surface.points, triangle) * polygon::rounding(surface.points, triangle))
-        result.add(triangle, surface.face[at(p)], surface.material[at(p)]);
+        result.add(triangle, surface.face[p], surface.material[p]);
     }
   }
   return result;

@@ -73,12 +73,12 @@ Scene::Scene(Arrays arrays) : arrays_(std::move(arrays)) {
       throw InputError(fmt::format("face {}: material {} is not one of the {} materials (0 to {})", f,
                                    face_material[f], materials.size(), materials.size() - 1));
     for (Index c = first; c < last; ++c) {
-      const Index v = corners[static_cast<std::size_t>(c)];
+      const Index v = corners[c];
       if (v < 0 || static_cast<std::size_t>(v) >= vertices.size())
         throw InputError(fmt::format("face {}, corner {}: vertex {} is not one of the {} vertices", f,
                                      c - first, v, vertices.size()));
-      lower_ = lower_.cwiseMin(vertices[static_cast<std::size_t>(v)]);
-      upper_ = upper_.cwiseMax(vertices[static_cast<std::size_t>(v)]);
+      lower_ = lower_.cwiseMin(vertices[v]);
+      upper_ = upper_.cwiseMax(vertices[v]);
     }
   }
 }
@@ -88,10 +88,8 @@ Index Scene::bands() const {
 }
 
 std::span<const Index> Scene::corners(Index face) const {
-  const auto f = static_cast<std::size_t>(face);
-  const auto first = static_cast<std::size_t>(arrays_.face_start[f]);
-  return std::span(arrays_.corners)
-      .subspan(first, static_cast<std::size_t>(arrays_.face_start[f + 1]) - first);
+  const Index first = arrays_.face_start[face];
+  return std::span(arrays_.corners).subspan(first, arrays_.face_start[face + 1] - first);
 }
 
 Vec3 Scene::area_vector(Index face) const {
@@ -122,7 +120,7 @@ Scene Scene::with_two_sided(std::vector<std::uint8_t> two_sided) const {
 
 bool emits(const Scene& scene) {
   for (Index f = 0; f < scene.face_count(); ++f)
-    if ((scene.materials()[static_cast<std::size_t>(scene.material(f))].emission > 0).any()) return true;
+    if ((scene.materials()[scene.material(f)].emission > 0).any()) return true;
   return false;
 }
 
@@ -143,7 +141,7 @@ Scene with_setups(const Scene& scene, std::span<const LightingSetup> setups) {
     const BandValues emission = material.emission;
     material.emission = emission.replicate(count + 1, 1).eval();
     for (Eigen::Index k = 0; k < count; ++k)
-      material.emission.segment((k + 1) * bands, bands) *= setups[static_cast<std::size_t>(k)].factors[m];
+      material.emission.segment((k + 1) * bands, bands) *= setups[k].factors[m];
     material.reflectance = material.reflectance.replicate(count + 1, 1).eval();
     if (material.absorptance.size() > 0)
       material.absorptance = material.absorptance.replicate(count + 1, 1).eval();

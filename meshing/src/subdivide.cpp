@@ -21,12 +21,12 @@ struct Subdivision::Division {
   std::vector<Index> count;  ///< pieces per edge
   std::vector<Index> first;  ///< per edge: number of its first inner point
 
-  Index pieces(Use use) const { return count[at(use.edge)]; }
+  Index pieces(Use use) const { return count[use.edge]; }
   /// The k-th point on the way of `use`, 0 … pieces.
   Index point(Use use, Index k) const {
-    const Edge& edge = subdivision.edges_[at(use.edge)];
-    const Index n = count[at(use.edge)], step = use.forward ? k : n - k;
-    return step == 0 ? edge.a : step == n ? edge.b : first[at(use.edge)] + step - 1;
+    const Edge& edge = subdivision.edges_[use.edge];
+    const Index n = count[use.edge], step = use.forward ? k : n - k;
+    return step == 0 ? edge.a : step == n ? edge.b : first[use.edge] + step - 1;
   }
 };
 
@@ -49,15 +49,15 @@ Subdivision::Subdivision(const Surface& surface, const Contacts& contacts) : poi
 Subdivision::Use Subdivision::use(Index from, Index to, bool crease) {
   const auto [low, high] = std::minmax(from, to);
   const auto [entry, is_new] = edge_numbers_.emplace(edge_key(from, to), static_cast<Index>(edges_.size()));
-  if (is_new) edges_.push_back({low, high, (points_[at(high)] - points_[at(low)]).norm(), false});
-  if (crease) edges_[at(entry->second)].crease = true;
+  if (is_new) edges_.push_back({low, high, (points_[high] - points_[low]).norm(), false});
+  if (crease) edges_[entry->second].crease = true;
   return {entry->second, from == low};
 }
 
 Index Subdivision::on_edge(Index v, Index a, Index b, double slack) {
   const auto [low, high] = std::minmax(a, b);
-  const Vec3 &x = points_[at(v)], &from = points_[at(low)];
-  const Vec3 along = (points_[at(high)] - from).normalized();
+  const Vec3 &x = points_[v], &from = points_[low];
+  const Vec3 along = (points_[high] - from).normalized();
   const Vec3 foot = from + along.dot(x - from) * along;
   if ((x - foot).norm() <= slack) return v;
   const auto [entry, is_new] = feet_.emplace(std::array{low, high, v}, static_cast<Index>(points_.size()));
@@ -69,7 +69,7 @@ void Subdivision::add_polygon(const Surface& surface, const Contacts& contacts, 
                               std::span<const Contacts::Line> lines) {
   const auto loop = surface.loop(number);
   Polygon polygon{
-      surface.face[at(number)], uses_.size(), 0, 0, false, polygon::area_vector(surface.points, loop).norm()};
+      surface.face[number], uses_.size(), 0, 0, false, polygon::area_vector(surface.points, loop).norm()};
   const double slack =
       tolerance::kCoplanar / tolerance::kContact * contacts.distance + polygon::rounding(points_, loop);
   for (std::size_t k = 0; k < loop.size(); ++k) {
@@ -87,30 +87,30 @@ void Subdivision::add_polygon(const Surface& surface, const Contacts& contacts, 
     std::vector<Index> kept;
     for (std::size_t s = 0; s < polygon.boundary; ++s) {
       const Use& u = uses_[polygon.first + s];
-      kept.push_back(u.forward ? edges_[at(u.edge)].a : edges_[at(u.edge)].b);
+      kept.push_back(u.forward ? edges_[u.edge].a : edges_[u.edge].b);
     }
-    const auto left = [&](Index v) { return plane.project(points_[at(v)]).x(); };
+    const auto left = [&](Index v) { return plane.project(points_[v]).x(); };
     std::set<std::pair<double, Index>> sorted;
     for (const Index v : kept) sorted.emplace(left(v), v);
     std::unordered_map<Index, Index> in_plane;
     const auto stand_in = [&](Index given) {
       Index v = given;
-      if (const double height = plane.height(points_[at(v)]); std::abs(height) > slack) {
+      if (const double height = plane.height(points_[v]); std::abs(height) > slack) {
         const auto [entry, is_new] = in_plane.emplace(v, static_cast<Index>(points_.size()));
-        if (is_new) points_.push_back(points_[at(v)] - height * plane.n);
+        if (is_new) points_.push_back(points_[v] - height * plane.n);
         v = entry->second;
       }
       const double x = left(v);
       auto near = sorted.lower_bound({x - contacts.distance, 0});
       for (; near != sorted.end() && near->first <= x + contacts.distance; ++near)
-        if (near->second == v || (points_[at(near->second)] - points_[at(v)]).norm() <= contacts.distance)
+        if (near->second == v || (points_[near->second] - points_[v]).norm() <= contacts.distance)
           return near->second;
       sorted.emplace(x, v);
       return v;
     };
     std::unordered_set<std::uint64_t> present;
     for (std::size_t s = 0; s < polygon.boundary; ++s) {
-      const Edge& edge = edges_[at(uses_[polygon.first + s].edge)];
+      const Edge& edge = edges_[uses_[polygon.first + s].edge];
       present.insert(edge_key(edge.a, edge.b));
     }
     for (const Contacts::Line& line : lines) {
@@ -135,16 +135,14 @@ std::vector<double> Subdivision::edge_counts(double size) const {
     const Edge& edge = edges_[e];
     const std::array<Index, 2> ends{edge.a, edge.b};
     const double length = edge.length * (1 - tolerance::kWholePieces) - polygon::rounding(points_, ends);
-    double& most = wanted[at(same_count_[e])];
+    double& most = wanted[same_count_[e]];
     most = std::max(most, std::ceil(length / size));
   }
   return wanted;
 }
 
 double Subdivision::expected(const Polygon& polygon, const std::vector<double>& wanted, double size) const {
-  const auto count = [&](std::size_t k) {
-    return wanted[at(same_count_[at(uses_[polygon.first + k].edge)])];
-  };
+  const auto count = [&](std::size_t k) { return wanted[same_count_[uses_[polygon.first + k].edge]]; };
   if (polygon.grid) return count(0) * count(1);
   double sum = polygon.area / (size * size);
   for (std::size_t k = 0; k < polygon.boundary + polygon.lines; ++k) sum += count(k);
@@ -163,7 +161,7 @@ void Subdivision::require_possible(const std::vector<double>& wanted, double siz
   constexpr auto kMost = static_cast<double>(std::numeric_limits<Index>::max());
   double pieces = 0, inner_points = 0, most = 0;
   const Polygon* largest = nullptr;
-  for (std::size_t e = 0; e < edges_.size(); ++e) inner_points += wanted[at(same_count_[e])] - 1;
+  for (std::size_t e = 0; e < edges_.size(); ++e) inner_points += wanted[same_count_[e]] - 1;
   for (const Polygon& polygon : polygons_) {
     const double own = expected(polygon, wanted, size);
     pieces += own;
@@ -178,7 +176,7 @@ void Subdivision::require_possible(const std::vector<double>& wanted, double siz
   if (most <= tolerance::kMostPiecesOfFace) return;
   double longest = 0;
   for (std::size_t k = 0; k < largest->boundary; ++k)
-    longest = std::max(longest, edges_[at(uses_[largest->first + k].edge)].length);
+    longest = std::max(longest, edges_[uses_[largest->first + k].edge].length);
   throw InputError(fmt::format(
       "face {}: with an edge of {:.4g} m and a patch size of {:.4g} m it would give about {:.2g} patches; "
       "at most {:.0f} are possible for one face",
@@ -191,7 +189,7 @@ Pieces Subdivision::outlines() const {
   for (std::size_t p = 0; p < polygons_.size(); ++p) {
     for (std::size_t k = 0; k < polygons_[p].boundary; ++k) {
       const Use& use = uses_[polygons_[p].first + k];
-      const Edge& edge = edges_[at(use.edge)];
+      const Edge& edge = edges_[use.edge];
       result.corners.push_back(use.forward ? edge.a : edge.b);
     }
     result.start.push_back(static_cast<Index>(result.corners.size()));
@@ -208,10 +206,10 @@ Pieces Subdivision::pieces(double size) const {
   Division division{*this, std::vector<Index>(edges_.size()), std::vector<Index>(edges_.size())};
   for (std::size_t e = 0; e < edges_.size(); ++e) {
     const Edge& edge = edges_[e];
-    const auto n = static_cast<Index>(wanted[at(same_count_[e])]);
+    const auto n = static_cast<Index>(wanted[same_count_[e]]);
     division.count[e] = n;
     division.first[e] = static_cast<Index>(result.points.size());
-    const Vec3 &a = points_[at(edge.a)], &b = points_[at(edge.b)];
+    const Vec3 &a = points_[edge.a], &b = points_[edge.b];
     for (Index k = 1; k < n; ++k) result.points.push_back(a + static_cast<double>(k) / n * (b - a));
     if (!edge.crease) continue;
     const Use whole{static_cast<Index>(e), true};
@@ -245,10 +243,10 @@ void add_piece(Pieces& pieces, std::initializer_list<Index> corners) {
 void Subdivision::add_grid(const Polygon& polygon, const Division& division, Pieces& pieces) const {
   const std::span<const Use> side = std::span(uses_).subspan(polygon.first, 4);
   const Index nu = division.pieces(side[0]), nv = division.pieces(side[1]);
-  const Vec3 c0 = points_[at(division.point(side[0], 0))];
-  const Vec3 along_u = points_[at(division.point(side[1], 0))] - c0;
-  const Vec3 along_v = points_[at(division.point(side[3], 0))] - c0;
-  const Vec3 twist = points_[at(division.point(side[2], 0))] - c0 - along_u - along_v;
+  const Vec3 c0 = points_[division.point(side[0], 0)];
+  const Vec3 along_u = points_[division.point(side[1], 0)] - c0;
+  const Vec3 along_v = points_[division.point(side[3], 0)] - c0;
+  const Vec3 twist = points_[division.point(side[2], 0)] - c0 - along_u - along_v;
   const auto inner = static_cast<Index>(pieces.points.size());
   for (Index j = 1; j < nv; ++j)
     for (Index i = 1; i < nu; ++i) {
@@ -271,9 +269,9 @@ void Subdivision::add_grid(const Polygon& polygon, const Division& division, Pie
 void Subdivision::add_triangle(const Polygon& polygon, const Division& division, Pieces& pieces) const {
   const std::span<const Use> side = std::span(uses_).subspan(polygon.first, 3);
   const Index n = division.pieces(side[0]);
-  const Vec3 c0 = points_[at(division.point(side[0], 0))];
-  const Vec3 along_u = points_[at(division.point(side[1], 0))] - c0;
-  const Vec3 along_v = points_[at(division.point(side[2], 0))] - c0;
+  const Vec3 c0 = points_[division.point(side[0], 0)];
+  const Vec3 along_u = points_[division.point(side[1], 0)] - c0;
+  const Vec3 along_v = points_[division.point(side[2], 0)] - c0;
   std::vector<Index> row_start{0};
   const auto inner = static_cast<Index>(pieces.points.size());
   for (Index j = 1; j < n; ++j) {
@@ -286,7 +284,7 @@ void Subdivision::add_triangle(const Polygon& polygon, const Division& division,
     if (j == 0) return division.point(side[0], i);
     if (i + j == n) return division.point(side[1], j);
     if (i == 0) return division.point(side[2], n - j);
-    return inner + row_start[at(j)] + i - 1;
+    return inner + row_start[j] + i - 1;
   };
   for (Index j = 0; j < n; ++j)
     for (Index i = 0; i + j < n; ++i) {
@@ -314,7 +312,7 @@ void Subdivision::add_mesh(const Polygon& polygon, const Division& division, dou
       if (u < polygon.boundary) loop.push_back(from);
       (u < polygon.boundary ? boundary : lines).push_back({local_number(from), local_number(to)});
     }
-    const double edge_length = edges_[at(uses[u].edge)].length;
+    const double edge_length = edges_[uses[u].edge].length;
     length += edge_length;
     moment += edge_length * edge_length / n;
   }
@@ -331,7 +329,7 @@ void Subdivision::add_mesh(const Polygon& polygon, const Division& division, dou
   for (const auto& triangle : mesh.triangles) {
     std::array<Index, 3> corners;
     for (std::size_t k = 0; k < 3; ++k)
-      corners[k] = triangle[k] < kept ? numbers[at(triangle[k])] : added + triangle[k] - kept;
+      corners[k] = triangle[k] < kept ? numbers[triangle[k]] : added + triangle[k] - kept;
     // In the tip of a sliver pieces may vanish in the rounding of their coordinates.
     const double height = 2 * polygon::area_vector(pieces.points, corners).norm() /
                           polygon::longest_edge(pieces.points, corners);

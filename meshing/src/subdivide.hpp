@@ -31,7 +31,7 @@ class Subdivision {
   /// About how many pieces that will be.
   double expected(double size) const;
 
-  bool is_cut(Index polygon) const { return polygons_[at(polygon)].lines > 0; }
+  bool is_cut(Index polygon) const { return polygons_[polygon].lines > 0; }
 
  private:
   /// An edge between neighbouring points that must be kept, a < b. It is divided once for all its polygons.

@@ -22,8 +22,7 @@ struct Surface {
 
   Index count() const { return static_cast<Index>(face.size()); }
   std::span<const Index> loop(Index polygon) const {
-    const auto first = at(start[at(polygon)]);
-    return std::span(corners).subspan(first, at(start[at(polygon) + 1]) - first);
+    return std::span(corners).subspan(start[polygon], start[polygon + 1] - start[polygon]);
   }
   void add(std::span<const Index> polygon_corners, Index of_face, Index of_material) {
     corners.insert(corners.end(), polygon_corners.begin(), polygon_corners.end());

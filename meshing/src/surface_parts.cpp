@@ -12,7 +12,7 @@ SurfaceParts surface_parts(const Scene& scene) {
   const Surface surface = repair(scene, repairs, warnings);
 
   const std::vector<EdgeSide> sides = edge_sides(surface);
-  DisjointSets joined(at(surface.count()));
+  DisjointSets joined(surface.count());
   std::vector<Index> on_odd_edges;
   for (std::size_t k = 0, next; k < sides.size(); k = next) {
     for (next = k + 1; next < sides.size() && sides[next].key == sides[k].key;) ++next;
@@ -22,17 +22,17 @@ SurfaceParts surface_parts(const Scene& scene) {
   }
 
   SurfaceParts parts;
-  parts.part.assign(at(scene.face_count()), -1);
-  std::vector<Index> number(at(surface.count()), -1);  // per polygon that stands for its set
+  parts.part.assign(scene.face_count(), -1);
+  std::vector<Index> number(surface.count(), -1);  // per polygon that stands for its set
   for (Index p = 0; p < surface.count(); ++p) {
-    Index& part = number[at(joined.root(p))];
+    Index& part = number[joined.root(p)];
     if (part < 0) {
       part = static_cast<Index>(parts.closed.size());
       parts.closed.push_back(1);
     }
-    parts.part[at(surface.face[at(p)])] = part;
+    parts.part[surface.face[p]] = part;
   }
-  for (const Index p : on_odd_edges) parts.closed[at(number[at(joined.root(p))])] = 0;
+  for (const Index p : on_odd_edges) parts.closed[number[joined.root(p)]] = 0;
   return parts;
 }
 

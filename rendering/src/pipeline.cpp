@@ -81,7 +81,7 @@ LinearImage Pipeline::draw(const Camera& camera, const DrawOptions& options) con
   LinearImage image{width, height, {}};
   BandArray sum, squares;
   for (Index k = 0; k < options.samples; ++k) {
-    const auto [x, y] = place[static_cast<std::size_t>(k)];
+    const auto [x, y] = place[k];
     look({width, height, 1, x, y, k});
     if (k == 0) {
       sum = values;

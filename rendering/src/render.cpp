@@ -27,7 +27,7 @@ Image paint(const Visibility& visibility, const std::vector<Rgb8>& patch_colours
   const auto colour = [&](const Vec3& direction) -> Rgb {
     const auto hit = visibility.first_hit(pinhole.position(), direction);
     if (hit.patch < 0 || !hit.front) return Rgb::Ones();
-    const auto& bytes = patch_colours[static_cast<std::size_t>(hit.patch)];
+    const auto& bytes = patch_colours[hit.patch];
     return Rgb(bytes[0], bytes[1], bytes[2]) / 255;
   };
   Image image{width, height,

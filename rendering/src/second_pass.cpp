@@ -36,7 +36,7 @@ class SecondPass final : public Pipeline {
         }
         visibility_.first_hits(packet);
         for (int k = 0; k < packet.count; ++k) {
-          const Index patch = packet.hit[static_cast<std::size_t>(k)];
+          const Index patch = packet.hit[k];
           if (patch < 0) continue;
           // In double precision: the packet's distance is single.
           const Vec3 d = eye.direction(grid.u(first + k), grid.v(row));

@@ -52,7 +52,7 @@ double automatic_exposure(const LinearImage& image) {
 
 std::vector<Rgb8> tone_map(const BandArray& radiosity, double exposure) {
   std::vector<Rgb8> colours;
-  colours.reserve(static_cast<std::size_t>(radiosity.rows()));
+  colours.reserve(radiosity.rows());
   for (Eigen::Index i = 0; i < radiosity.rows(); ++i)
     colours.push_back(bytes(display(radiosity.row(i), exposure)));
   return colours;

@@ -34,11 +34,11 @@ std::vector<Vec3> vertex_normals(const PatchMesh& mesh) {
       // From 0 to 2π: above π where the corner is reflex.
       double angle = std::atan2(mesh.normal(i).dot(a.cross(b)), a.dot(b));
       if (angle < 0) angle += 2 * std::numbers::pi;
-      normals[static_cast<std::size_t>(corners[k])] += angle * mesh.normal(i);
+      normals[corners[k]] += angle * mesh.normal(i);
     }
   }
   for (Index v = 0; v < mesh.vertex_count(); ++v) {
-    Vec3& n = normals[static_cast<std::size_t>(v)];
+    Vec3& n = normals[v];
     // The patches of a spike may cancel; a keyhole's bridge ends at an angle of 0.
     if (n.norm() > 0)
       n.normalize();

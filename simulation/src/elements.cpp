@@ -25,14 +25,14 @@ std::vector<Index> pieces(const PatchMesh& mesh, double size) {
   std::vector<double> longest(n, 0);
   for (Index i = 0; i < mesh.patch_count(); ++i) {
     if ((mesh.material_of(i).emission > 0).any()) continue;
-    double& most = longest[static_cast<std::size_t>(surfaces.root(i))];
+    double& most = longest[surfaces.root(i)];
     const auto c = mesh.corners(i);
     for (std::size_t k = 0; k < c.size(); ++k)
       most = std::max(most, (mesh.vertex(c[(k + 1) % c.size()]) - mesh.vertex(c[k])).norm());
   }
   std::vector<Index> out;
   for (Index i = 0; i < mesh.patch_count(); ++i) {
-    const double length = longest[static_cast<std::size_t>(surfaces.root(i))];
+    const double length = longest[surfaces.root(i)];
     const double count = std::max(1.0, std::ceil(length * (1 - tolerance::kWholePieces) / size));
     constexpr double kMost = 1 << 15;
     if (count > kMost)
@@ -59,7 +59,7 @@ std::optional<Elements> gather_elements(const Visibility& visibility, const Solu
   std::vector<Index> lit;
   std::vector<Sensor> sensors;
   for (Index e = 0; e < fine.mesh.patch_count(); ++e) {
-    if (visibility.covered(patch[static_cast<std::size_t>(e)])) continue;
+    if (visibility.covered(patch[e])) continue;
     lit.push_back(e);
     sensors.push_back({fine.mesh.centroid(e), fine.mesh.normal(e)});
   }

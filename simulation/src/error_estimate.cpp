@@ -168,8 +168,8 @@ CoarseError coarse_error(const SolvedProblem& problem, const FormFactorMatrix& f
   Eigen::ArrayXd areas = Eigen::ArrayXd::Zero(larger.count);
   Eigen::ArrayXi members = Eigen::ArrayXi::Zero(larger.count);
   for (Index i = mesh.patch_count() - 1; i >= 0; --i) {
-    const Index p = larger.parent[static_cast<std::size_t>(i)];
-    first[static_cast<std::size_t>(p)] = i;
+    const Index p = larger.parent[i];
+    first[p] = i;
     areas[p] += mesh.area(i);
     ++members[p];
   }
@@ -212,7 +212,7 @@ std::optional<PatchError> patch_error(const SolvedProblem& problem, const FormFa
   const double gain = std::clamp(measured <= 5 ? measured : 0, std::exp2(kLeastOrder), std::sqrt(8.0));
   BandArray per_patch(f.size(), half.difference.cols());
   for (Index i = 0; i < per_patch.rows(); ++i) {
-    const auto error = half.difference.row(twice->parent[static_cast<std::size_t>(i)]).abs() / (gain - 1);
+    const auto error = half.difference.row(twice->parent[i]).abs() / (gain - 1);
     per_patch.row(i) = error.isNaN().select(0.0, error);
   }
   return PatchError{half.relative_square / ((gain - 1) * (gain - 1)), std::log2(gain), per_patch};

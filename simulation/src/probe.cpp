@@ -104,7 +104,7 @@ ProbeResult gather(const Visibility& visibility, const BandArray& radiosity,
   tbb::enumerable_thread_specific<Memory> memories;
 
   const auto measure = [&](Index s, Memory& m) {
-    const Sensor& sensor = sensors[static_cast<std::size_t>(s)];
+    const Sensor& sensor = sensors[s];
     factors.view(sensor.position, sensor.normal.stableNormalized(), static_cast<std::uint64_t>(s), m.view);
     m.sum.setZero(bands);
     m.variance.setZero(bands);

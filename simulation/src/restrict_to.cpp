@@ -10,6 +10,7 @@
 
 #include "radiosity/meshing/box_pairs.hpp"
 #include "radiosity/meshing/error.hpp"
+#include "radiosity/meshing/polygon_kit.hpp"
 #include "radiosity/meshing/tolerances.hpp"
 #include "radiosity/solver/solution.hpp"
 
@@ -26,20 +27,11 @@ Vec3 area_vector(const Vec3& a, const Vec3& b, const Vec3& c) {
   return (b - a).cross(c - a) / 2;
 }
 
-/// The part of a convex polygon that is inside of all edges of the triangle, seen along n.
-std::vector<Vec3> clip(std::vector<Vec3> polygon, const Triangle& by, const Vec3& n) {
-  for (std::size_t k = 0; k < 3 && !polygon.empty(); ++k) {
-    const Vec3 inward = n.cross(by[(k + 1) % 3] - by[k]);
-    std::vector<Vec3> inside;
-    for (std::size_t c = 0; c < polygon.size(); ++c) {
-      const Vec3 &from = polygon[c], &to = polygon[(c + 1) % polygon.size()];
-      const double a = inward.dot(from - by[k]), b = inward.dot(to - by[k]);
-      if (a >= 0) inside.push_back(from);
-      if ((a > 0 && b < 0) || (a < 0 && b > 0)) inside.push_back(from + a / (a - b) * (to - from));
-    }
-    polygon = std::move(inside);
-  }
-  return polygon;
+/// The part of the triangle that is inside of another one, seen along n.
+std::vector<Vec3> clip(const Triangle& triangle, const Triangle& by, const Vec3& n) {
+  std::vector<Vec3> part(triangle.begin(), triangle.end());
+  for (std::size_t k = 0; k < 3; ++k) part = polygon::clip(part, n.cross(by[(k + 1) % 3] - by[k]), by[k]);
+  return part;
 }
 
 Eigen::AlignedBox3d box_of(const PatchMesh& mesh, Index patch) {
@@ -53,21 +45,18 @@ Eigen::AlignedBox3d box_of(const PatchMesh& mesh, Index patch) {
 BandArray restrict_to(const PatchMesh& coarse, const PatchMesh& fine, const BandArray& values) {
   if (values.rows() != fine.patch_count())
     throw InputError(fmt::format("restriction: {} values for {} patches", values.rows(), fine.patch_count()));
-  std::vector<std::vector<Index>> inside(static_cast<std::size_t>(coarse.patch_count()));
+  std::vector<std::vector<Index>> inside(coarse.patch_count());
   {
-    std::vector<Eigen::AlignedBox3d> boxes;
+    std::vector<Eigen::AlignedBox3d> large, small;
     const double rounding = tolerance::kContact * coarse.diagonal();
     for (Index i = 0; i < coarse.patch_count(); ++i) {
-      Eigen::AlignedBox3d& box = boxes.emplace_back(box_of(coarse, i));
+      Eigen::AlignedBox3d& box = large.emplace_back(box_of(coarse, i));
       box.min().array() -= rounding;
       box.max().array() += rounding;
     }
-    for (Index i = 0; i < fine.patch_count(); ++i) boxes.push_back(box_of(fine, i));
-    const auto n = static_cast<std::size_t>(coarse.patch_count());
-    for_each_pair_that_meets(boxes, [&](std::size_t a, std::size_t b) {
-      if (a > b) std::swap(a, b);
-      if (a >= n || b < n) return;
-      const auto i = static_cast<Index>(a), j = static_cast<Index>(b - n);
+    for (Index i = 0; i < fine.patch_count(); ++i) small.push_back(box_of(fine, i));
+    for_each_pair_that_meets(large, small, [&](std::size_t a, std::size_t b) {
+      const auto i = static_cast<Index>(a), j = static_cast<Index>(b);
       // The two sides of a face have one number.
       if (coarse.surface(i) == fine.surface(j) && coarse.normal(i).dot(fine.normal(j)) > 0)
         inside[a].push_back(j);
@@ -86,7 +75,7 @@ BandArray restrict_to(const PatchMesh& coarse, const PatchMesh& fine, const Band
   BandArray means(coarse.patch_count(), values.cols());
   for (Index i = 0; i < coarse.patch_count(); ++i) {
     const Vec3& n = coarse.normal(i);
-    auto& candidates = inside[static_cast<std::size_t>(i)];
+    auto& candidates = inside[i];
     std::sort(candidates.begin(), candidates.end());
     double covered = 0;
     means.row(i).setZero();
@@ -95,7 +84,7 @@ BandArray restrict_to(const PatchMesh& coarse, const PatchMesh& fine, const Band
         const Triangle x = triangle(fine, t);
         const double whole = n.dot(area_vector(x[0], x[1], x[2]));
         for (const auto& own : coarse.triangles(i)) {
-          const std::vector<Vec3> part = clip({x.begin(), x.end()}, triangle(coarse, own), n);
+          const std::vector<Vec3> part = clip(x, triangle(coarse, own), n);
           for (std::size_t k = 1; k + 1 < part.size(); ++k) {
             const double area = n.dot(area_vector(part[0], part[k], part[k + 1]));
             const Vec3 centre = (part[0] + part[k] + part[k + 1]) / 3;

@@ -100,7 +100,7 @@ class ConjugateGradient final : public Solver {
 
     BandArray p = r;
     BandArray rr = product(r, r);
-    std::vector<Lanczos> spectrum(static_cast<std::size_t>(gamma.size()));
+    std::vector<Lanczos> spectrum(gamma.size());
     double least_recomputed = std::numeric_limits<double>::infinity();
     for (int steps = 0;; ++steps) {
       double share = power_share(system, r);
@@ -131,13 +131,13 @@ class ConjugateGradient final : public Solver {
       const BandArray beta = under_way * divide_or_zero(next, rr);
       for (Eigen::Index k = 0; k < alpha.size(); ++k)
         if (alpha.data()[k] > 0 && std::isinf(least_recomputed))
-          spectrum[static_cast<std::size_t>(k)].add(alpha.data()[k], beta.data()[k]);
+          spectrum[k].add(alpha.data()[k], beta.data()[k]);
       p = r + system.spread(beta) * p;
       rr = next;
     }
     for (Eigen::Index k = 0; k < gamma.size(); ++k) {
       const Eigen::Index band = k % system.bands();
-      spectrum[static_cast<std::size_t>(k)].widen(state.least[band], state.largest[band]);
+      spectrum[k].widen(state.least[band], state.largest[band]);
     }
   }
   Index default_max_iterations(Index) const override { return 1000; }

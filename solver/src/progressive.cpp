@@ -35,7 +35,7 @@ class Progressive final : public Solver {
     const Eigen::ArrayXd& area = system.areas();
     const BandArray& rho = system.reflectance();
     const std::vector<Index>& component = system.component();
-    const auto part = [&](Index i) { return component[static_cast<std::size_t>(i)]; };
+    const auto part = [&](Index i) { return component[i]; };
     const BandArray zero = BandArray::Zero(system.components(), system.bands());
     // Bands count by their share of the emitted power: a faint band must converge too.
     const BandArray emitted = system.sums(system.emission().colwise() * area);
@@ -73,7 +73,7 @@ class Progressive final : public Solver {
       return false;
     };
 
-    std::vector<Index> order(static_cast<std::size_t>(system.size()));
+    std::vector<Index> order(system.size());
     const auto block = std::min<std::size_t>(kBlock, order.size());
     std::vector<RowBuffer> buffers(block);
     std::vector<FormFactorRow> rows(block);

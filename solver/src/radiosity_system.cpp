@@ -16,9 +16,9 @@ namespace {
 // The number of each patch's component; the numbers follow the least patch of each. A connected room is known to be one after
 // a few rows.
 std::vector<Index> connected(const FormFactorRows* f, Index n) {
-  std::vector<Index> component(static_cast<std::size_t>(n), 0);
+  std::vector<Index> component(n, 0);
   if (f == nullptr || !f->stored()) return component;
-  DisjointSets sets(static_cast<std::size_t>(n));
+  DisjointSets sets(n);
   RowBuffer buffer;
   Index left = n;
   for (Index i = 0; i < n && left > 1; ++i)
@@ -31,7 +31,7 @@ std::vector<Index> connected(const FormFactorRows* f, Index n) {
   Index count = 0;
   for (Index i = 0; i < n; ++i) {
     const Index root = sets.root(i);
-    component[static_cast<std::size_t>(i)] = root == i ? count++ : component[static_cast<std::size_t>(root)];
+    component[i] = root == i ? count++ : component[root];
   }
   return component;
 }
@@ -97,13 +97,13 @@ void RadiositySystem::validate() const {
 
 BandArray RadiositySystem::sums(const BandArray& x) const {
   BandArray sums = BandArray::Zero(components_, x.cols());
-  for (Index i = 0; i < size(); ++i) sums.row((*component_)[static_cast<std::size_t>(i)]) += x.row(i);
+  for (Index i = 0; i < size(); ++i) sums.row((*component_)[i]) += x.row(i);
   return sums;
 }
 
 BandArray RadiositySystem::spread(const BandArray& values) const {
   BandArray x(size(), values.cols());
-  for (Index i = 0; i < size(); ++i) x.row(i) = values.row((*component_)[static_cast<std::size_t>(i)]);
+  for (Index i = 0; i < size(); ++i) x.row(i) = values.row((*component_)[i]);
   return x;
 }
 

@@ -83,7 +83,7 @@ struct DistinctBands {
       const auto same = std::find_if(solved.begin(), solved.end(), [&](Index a) {
         return equal(source, a, b) && equal(system.reflectance(), a, b) && equal(system.absorptance(), a, b);
       });
-      column[static_cast<std::size_t>(b)] = static_cast<Index>(same - solved.begin());
+      column[b] = static_cast<Index>(same - solved.begin());
       if (same == solved.end()) solved.push_back(b);
     }
   }
@@ -111,7 +111,7 @@ struct BandScaling {
   BandArray apply(const BandArray& x, int direction) const {
     BandArray y = x;
     for (Eigen::Index b = 0; b < x.cols(); ++b) {
-      const int e = direction * exponent[static_cast<std::size_t>(b)];
+      const int e = direction * exponent[b];
       y.col(b) = x.col(b).unaryExpr([e](double value) { return std::ldexp(value, e); });
     }
     return y;
@@ -144,7 +144,7 @@ struct Bounds {
           "band {}: the error bound {}: {}. The condition is about {:.1e}, so a relative error of 1e-7 in F "
           "changes the "
           "radiosity by about {:.0e}; judge by the energy balance",
-          names[static_cast<std::size_t>(b)],
+          names[b],
           gap > 0
               ? fmt::format("is {:.1e} times the largest radiosity and says nothing", error(0, b) / brightest)
               : std::string("is infinite"),

@@ -39,7 +39,7 @@ TEST(Aggregate, KeepsClosureAndReciprocityOfSampledFactors) {
   for (const Index samples : {16, 4096}) {  // sparse and dense
     const PatchMesh mesh = room_with_floating_box(6, 4);
     const FormFactorMatrix f = factors(mesh, "hemisphere", {.samples = samples});
-    std::vector<std::uint8_t> apart(static_cast<std::size_t>(mesh.patch_count()), 0);
+    std::vector<std::uint8_t> apart(mesh.patch_count(), 0);
     const Coarsening larger = coarsen(mesh, facets(mesh), 2, apart);
     const FormFactorMatrix joined = aggregate(f, mesh.areas(), larger);
     const Eigen::ArrayXd areas =
@@ -66,8 +66,7 @@ TEST(Aggregate, OfACurvedSurfaceSeesItself) {
   halves.count = 2;
   const FormFactorMatrix joined = aggregate(factors(mesh, "analytic"), mesh.areas(), halves);
   Eigen::Array2d area = Eigen::Array2d::Zero();
-  for (Index i = 0; i < mesh.patch_count(); ++i)
-    area[halves.parent[static_cast<std::size_t>(i)]] += mesh.area(i);
+  for (Index i = 0; i < mesh.patch_count(); ++i) area[halves.parent[i]] += mesh.area(i);
   // Of facets that see each other as good as flatly the sum differs by their curvature, (1/8)².
   for (Index i = 0; i < 2; ++i)
     for (Index j = 0; j < 2; ++j) EXPECT_NEAR(joined(i, j), area[j] / area.sum(), 0.01);

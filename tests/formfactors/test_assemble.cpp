@@ -103,8 +103,7 @@ TEST_P(Assembly, GathersSmoothFieldsMoreAccuratelyOnceRowsAreClosed) {
   Eigen::MatrixXd field(mesh.patch_count(), 3), exact(3, mesh.patch_count());
   for (Index j = 0; j < mesh.patch_count(); ++j) {
     field.row(j) = (mesh.centroid(j).array() + 1).matrix().transpose();
-    for (Index a = 0; a < 3; ++a)
-      exact(a, j) = brute_force_form_factor(mesh, from[static_cast<std::size_t>(a)], j, 3e-4);
+    for (Index a = 0; a < 3; ++a) exact(a, j) = brute_force_form_factor(mesh, from[a], j, 3e-4);
   }
   double raw_error = 0, closed_error = 0;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
@@ -113,7 +112,7 @@ TEST_P(Assembly, GathersSmoothFieldsMoreAccuratelyOnceRowsAreClosed) {
     const MethodSetup setup(mesh, info(), options);
     const Eigen::MatrixXd raw = setup.raw().f, closed = assembled(setup).f;
     for (Index a = 0; a < 3; ++a) {
-      const Index i = from[static_cast<std::size_t>(a)];
+      const Index i = from[a];
       raw_error += ((raw.row(i) - exact.row(a)) * field).squaredNorm();
       closed_error += ((closed.row(i) - exact.row(a)) * field).squaredNorm();
     }

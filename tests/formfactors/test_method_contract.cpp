@@ -247,12 +247,12 @@ TEST_P(Method, KeepsExactValuesFarFromTheOriginAndAtAnySize) {
 
 TEST_P(Method, HandsOverEachRowOnceInAscendingColumnsWithoutZeros) {
   const MethodSetup setup(two_rooms(1), info(), coarse());
-  std::vector<int> calls(static_cast<std::size_t>(setup.size()), 0);
+  std::vector<int> calls(setup.size(), 0);
   std::mutex mutex;
   setup.method->rows(3, 20, false,
                      [&](Index i, std::span<const Index> columns, std::span<const double> values, auto) {
                        const std::lock_guard lock(mutex);
-                       ++calls[static_cast<std::size_t>(i)];
+                       ++calls[i];
                        ASSERT_EQ(columns.size(), values.size());
                        for (std::size_t k = 0; k < columns.size(); ++k) {
                          EXPECT_TRUE(columns[k] >= 0 && columns[k] < setup.size());
@@ -262,8 +262,7 @@ TEST_P(Method, HandsOverEachRowOnceInAscendingColumnsWithoutZeros) {
                          EXPECT_GT(values[k], 0);
                        }
                      });
-  for (Index i = 0; i < setup.size(); ++i)
-    EXPECT_EQ(calls[static_cast<std::size_t>(i)], i >= 3 && i < 20 ? 1 : 0) << "row " << i;
+  for (Index i = 0; i < setup.size(); ++i) EXPECT_EQ(calls[i], i >= 3 && i < 20 ? 1 : 0) << "row " << i;
 }
 
 TEST_P(Method, GivesARowTheSameBitsWhateverElseIsAsked) {
@@ -314,8 +313,7 @@ TEST_P(Method, ComesCloserTheMoreIsSpent) {
   Eigen::MatrixXd exact = Eigen::MatrixXd::Zero(4, 16);
   const std::array<Index, 4> from{0, 1, 5, 7};
   for (Index a = 0; a < 4; ++a)
-    for (Index j = 0; j < 16; ++j)
-      exact(a, j) = brute_force_form_factor(mesh, from[static_cast<std::size_t>(a)], 16 + j, 1e-6);
+    for (Index j = 0; j < 16; ++j) exact(a, j) = brute_force_form_factor(mesh, from[a], 16 + j, 1e-6);
   const auto error = [&](Index setting) {
     double sum = 0;
     for (const std::uint64_t seed : {1, 2, 3}) {
@@ -323,8 +321,7 @@ TEST_P(Method, ComesCloserTheMoreIsSpent) {
       options.seed = seed;
       const RawRows rows = MethodSetup(mesh, info(), options).raw();
       for (Index a = 0; a < 4; ++a)
-        sum +=
-            (rows.f.row(from[static_cast<std::size_t>(a)]).segment(16, 16) - exact.row(a)).cwiseAbs().sum();
+        sum += (rows.f.row(from[a]).segment(16, 16) - exact.row(a)).cwiseAbs().sum();
     }
     return sum;
   };

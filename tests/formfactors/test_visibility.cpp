@@ -28,7 +28,7 @@ rlim_t own_address_space() {
 /// A point inside the patch's first triangle, away from its border.
 Vec3 point_on(const PatchMesh& mesh, Index patch, std::mt19937_64& random) {
   const auto triangles = mesh.triangles(patch);
-  const auto& t = triangles[static_cast<std::size_t>(random() % triangles.size())];
+  const auto& t = triangles[random() % triangles.size()];
   Vec3 weights(uniform(random) + 0.02, uniform(random) + 0.02, uniform(random) + 0.02);
   weights /= weights.sum();
   return weights[0] * mesh.vertex(t[0]) + weights[1] * mesh.vertex(t[1]) + weights[2] * mesh.vertex(t[2]);

@@ -25,8 +25,7 @@ TEST(WritePng, ReadsBackPixelByPixelFromTheTop) {
   for (int y = 0; y < 3; ++y)
     for (int x = 0; x < 2; ++x)
       for (int k = 0; k < 3; ++k)
-        EXPECT_EQ(data->GetScalarComponentAsDouble(x, 2 - y, 0, k),
-                  image.pixels[static_cast<std::size_t>(2 * y + x)][static_cast<std::size_t>(k)]);
+        EXPECT_EQ(data->GetScalarComponentAsDouble(x, 2 - y, 0, k), image.pixels[2 * y + x][k]);
 }
 
 TEST(WritePng, NamesAFileThatCannotBeWrittenAndPrintsNothing) {

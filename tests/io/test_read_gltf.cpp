@@ -106,7 +106,7 @@ class Gltf {
 
 std::vector<Vec3> face_points(const Scene& scene, Index face) {
   std::vector<Vec3> result;
-  for (const Index v : scene.corners(face)) result.push_back(scene.vertices()[static_cast<std::size_t>(v)]);
+  for (const Index v : scene.corners(face)) result.push_back(scene.vertices()[v]);
   return result;
 }
 

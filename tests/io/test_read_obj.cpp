@@ -99,7 +99,7 @@ TEST(ReadObj, MaterialHoldsUntilTheNextUsemtlWhateverTheGroups) {
   const LoadedScene loaded = read_scene(file);
   const Scene& scene = loaded.scene;
   EXPECT_EQ(scene.material(2), scene.material(0));
-  EXPECT_EQ(scene.materials()[static_cast<std::size_t>(scene.material(3))].name, "two");
+  EXPECT_EQ(scene.materials()[scene.material(3)].name, "two");
   EXPECT_THAT(loaded.warnings,
               ElementsAre("the reflectance of 'one' and 'two' is 1 in some band: nothing is absorbed there"));
 }
@@ -270,7 +270,7 @@ TEST_F(ObjWays, UsemtlWithoutANameMeansTheDefault) {
   for (const std::string line : {"usemtl\n", "usemtl \t\n"}) {
     const LoadedScene loaded = read(replaced(obj_, "usemtl w\n", line));
     for (Index f = 2; f < 6; ++f)
-      EXPECT_EQ(loaded.scene.materials()[static_cast<std::size_t>(loaded.scene.material(f))].name, "default");
+      EXPECT_EQ(loaded.scene.materials()[loaded.scene.material(f)].name, "default");
     EXPECT_THAT(loaded.warnings, ElementsAre("4 of 6 faces have no material: they get 'default'",
                                              "material 'w' is defined, but no face uses it"));
   }
@@ -395,17 +395,14 @@ TEST(ReadObj, ReadsTheOriginalCornellBoxAsItsFileSays) {
   const Scene& scene = loaded.scene;
   // Five walls, two boxes of six faces, one lamp.
   ASSERT_EQ(scene.face_count(), 18);
-  const auto name = [&](Index f) {
-    return scene.materials()[static_cast<std::size_t>(scene.material(f))].name;
-  };
+  const auto name = [&](Index f) { return scene.materials()[scene.material(f)].name; };
   EXPECT_EQ(name(0), "floor");
   EXPECT_EQ(name(4), "leftWall");
   // The short box stands before its own usemtl: the material of the wall before it still holds.
   for (Index f = 5; f < 11; ++f) EXPECT_EQ(name(f), "leftWall");
   for (Index f = 11; f < 17; ++f) EXPECT_EQ(name(f), "tallBox");
   EXPECT_EQ(name(17), "light");
-  EXPECT_TRUE(
-      (scene.materials()[static_cast<std::size_t>(scene.material(17))].emission == rgb(17, 12, 4)).all());
+  EXPECT_TRUE((scene.materials()[scene.material(17)].emission == rgb(17, 12, 4)).all());
   EXPECT_THAT(loaded.warnings,
               ElementsAre("material 'shortBox' is defined, but no face uses it",
                           "the reflectance of 'leftWall' is 1 in some band: nothing is absorbed there"));

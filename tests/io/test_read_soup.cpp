@@ -28,8 +28,7 @@ void expect_box(const Scene& scene, double scale = 1) {
   ASSERT_EQ(scene.vertex_count(), 8);
   for (std::size_t v = 0; v < 8; ++v) EXPECT_EQ(scene.vertices()[v], scale * kBoxVertices[v]) << v;
   ASSERT_EQ(scene.face_count(), 6);
-  for (Index f = 0; f < 6; ++f)
-    EXPECT_TRUE(std::ranges::equal(scene.corners(f), kBoxFaces[static_cast<std::size_t>(f)])) << f;
+  for (Index f = 0; f < 6; ++f) EXPECT_TRUE(std::ranges::equal(scene.corners(f), kBoxFaces[f])) << f;
 }
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {
@@ -133,8 +132,7 @@ TEST_F(PlyFiles, TriangleStripsAreTriangles) {
   const Scene scene = read(header + vertices + "11 0 1 3 2 -1 4 5 6 6 2 3\n").scene;
   const std::vector<std::vector<Index>> expected{{0, 1, 3}, {3, 1, 2}, {4, 5, 6}, {2, 6, 3}};
   ASSERT_EQ(scene.face_count(), 4);
-  for (Index f = 0; f < 4; ++f)
-    EXPECT_TRUE(std::ranges::equal(scene.corners(f), expected[static_cast<std::size_t>(f)])) << f;
+  for (Index f = 0; f < 4; ++f) EXPECT_TRUE(std::ranges::equal(scene.corners(f), expected[f])) << f;
 }
 
 TEST_F(PlyFiles, AHeaderThatBreaksARuleIsAnErrorWithItsLine) {

@@ -123,9 +123,7 @@ TEST(WriteSolution, WritesEveryArrayThatWasPromised) {
   ASSERT_EQ(rgb_bytes->GetNumberOfComponents(), 3);
   const auto expected = tone_map(solution.vertex_radiosity, 0.25);
   for (Index v = 0; v < mesh.vertex_count(); ++v)
-    for (int k = 0; k < 3; ++k)
-      EXPECT_EQ(rgb_bytes->GetTypedComponent(v, k),
-                expected[static_cast<std::size_t>(v)][static_cast<std::size_t>(k)]);
+    for (int k = 0; k < 3; ++k) EXPECT_EQ(rgb_bytes->GetTypedComponent(v, k), expected[v][k]);
 
   vtkFieldData* const fields = data->GetFieldData();
   const auto text = [&](const char* name, vtkIdType k = 0) {
@@ -153,7 +151,7 @@ TEST(WriteSolution, NumbersThePatchesOfElements) {
   write_solution(directory / "out.vtp", mesh, solution, kProvenance, 1, nullptr, patch);
   const auto data = read_vtp(directory / "out.vtp");
   auto* const numbers = array<vtkIntArray>(data->GetCellData(), "patch");
-  for (int e = 0; e < 3; ++e) EXPECT_EQ(numbers->GetValue(e), patch[static_cast<std::size_t>(e)]);
+  for (int e = 0; e < 3; ++e) EXPECT_EQ(numbers->GetValue(e), patch[e]);
   EXPECT_THROW(
       write_solution(directory / "out.vtp", mesh, solution, kProvenance, 1, nullptr, std::vector<Index>{1}),
       InputError);
@@ -305,7 +303,7 @@ TEST(SolutionSeries, WritesOneFilePerStepAndAListOfThem) {
   auto* const rgb_bytes = array<vtkUnsignedCharArray>(data->GetPointData(), "display_rgb");
   const auto expected = tone_map(at_vertices, 0.5);
   for (Index v = 0; v < mesh.vertex_count(); ++v)
-    EXPECT_EQ(rgb_bytes->GetTypedComponent(v, 0), expected[static_cast<std::size_t>(v)][0]);
+    EXPECT_EQ(rgb_bytes->GetTypedComponent(v, 0), expected[v][0]);
 }
 
 }  // namespace

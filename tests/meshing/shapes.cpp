@@ -99,10 +99,7 @@ Scene icosphere(int rounds, double radius) {
     const auto middle = [&](Index a, Index b) {
       const auto [entry, is_new] =
           middles.emplace(std::minmax(a, b), static_cast<Index>(arrays.vertices.size()));
-      if (is_new)
-        arrays.vertices.push_back(
-            (arrays.vertices[static_cast<std::size_t>(a)] + arrays.vertices[static_cast<std::size_t>(b)]) /
-            2);
+      if (is_new) arrays.vertices.push_back((arrays.vertices[a] + arrays.vertices[b]) / 2);
       return entry->second;
     };
     std::vector<std::array<Index, 3>> finer;

@@ -29,11 +29,11 @@ std::size_t pieces(const std::vector<Facet>& all) {
 
 /// Every patch once, pieces convex, areas of pieces and patches equal.
 void expect_cover(const PatchMesh& mesh, const std::vector<Facet>& all) {
-  std::vector<int> seen(static_cast<std::size_t>(mesh.patch_count()), 0);
+  std::vector<int> seen(mesh.patch_count(), 0);
   for (const Facet& facet : all) {
     double patches = 0, covered = 0;
     for (const Index i : facet.patches) {
-      ++seen[static_cast<std::size_t>(i)];
+      ++seen[i];
       patches += mesh.area(i);
     }
     for (const Facet::Piece& piece : facet.pieces) {

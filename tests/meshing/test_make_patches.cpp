@@ -197,7 +197,7 @@ TEST(MakePatches, KeepFacesKeepsEveryFaceInOrder) {
   for (Index p = 0; p < 9; ++p) {
     EXPECT_EQ(patches.mesh.surface(p), p);
     const auto corners = patches.mesh.corners(p);
-    const auto& face = shape.faces[static_cast<std::size_t>(p)];
+    const auto& face = shape.faces[p];
     ASSERT_EQ(corners.size(), face.size());
     for (std::size_t k = 0; k < face.size(); ++k) EXPECT_EQ(patches.mesh.vertex(corners[k]), face[k]);
   }
@@ -211,7 +211,7 @@ TEST(MakePatches, BackSidesFollowAtTheEnd) {
   const std::vector<Index> surfaces{0, 1, 2, 0, 2};
   std::set<Index> front, back;
   for (Index p = 0; p < 20; ++p) {
-    EXPECT_EQ(patches.mesh.surface(p), surfaces[static_cast<std::size_t>(p / 4)]);
+    EXPECT_EQ(patches.mesh.surface(p), surfaces[p / 4]);
     EXPECT_EQ(patches.mesh.normal(p), Vec3(0, 0, p < 12 ? 1 : -1));
     for (const Index v : patches.mesh.corners(p)) (p < 12 ? front : back).insert(v);
   }

@@ -14,13 +14,12 @@ namespace radiosity::test {
 namespace {
 
 Coarsening coarsen_all(const PatchMesh& mesh, double factor) {
-  return coarsen(mesh, facets(mesh), factor,
-                 std::vector<std::uint8_t>(static_cast<std::size_t>(mesh.patch_count()), 0));
+  return coarsen(mesh, facets(mesh), factor, std::vector<std::uint8_t>(mesh.patch_count(), 0));
 }
 
 std::vector<Index> members(const Coarsening& coarsening) {
-  std::vector<Index> count(static_cast<std::size_t>(coarsening.count), 0);
-  for (const Index p : coarsening.parent) ++count[static_cast<std::size_t>(p)];
+  std::vector<Index> count(coarsening.count, 0);
+  for (const Index p : coarsening.parent) ++count[p];
   return count;
 }
 
@@ -31,9 +30,9 @@ TEST(Coarsen, MakesBlocksOfTheCellsOfAGrid) {
     EXPECT_EQ(larger.count, 6 * (8 / factor) * (8 / factor));
     for (const Index count : members(larger)) EXPECT_EQ(count, factor * factor);
     // Blocks: no member is further from the first one than the block is long.
-    std::vector<Index> first(static_cast<std::size_t>(larger.count), -1);
+    std::vector<Index> first(larger.count, -1);
     for (Index i = 0; i < mesh.patch_count(); ++i) {
-      Index& f = first[static_cast<std::size_t>(larger.parent[static_cast<std::size_t>(i)])];
+      Index& f = first[larger.parent[i]];
       if (f < 0) f = i;
       EXPECT_LT((mesh.centroid(i) - mesh.centroid(f)).lpNorm<Eigen::Infinity>(), factor / 8.0);
       EXPECT_EQ(mesh.normal(i), mesh.normal(f));
@@ -62,9 +61,9 @@ TEST(Coarsen, JoinsNeighboursOnACurvedSurfaceAndNoneThatFaceEachOther) {
   const Coarsening larger = coarsen_all(mesh, 2);
   EXPECT_LT(larger.count, 0.35 * mesh.patch_count());
   EXPECT_LT(coarsen_all(mesh, 4).count, 0.35 * larger.count);
-  std::vector<Vec3> first(static_cast<std::size_t>(larger.count), Vec3::Zero());
+  std::vector<Vec3> first(larger.count, Vec3::Zero());
   for (Index i = 0; i < mesh.patch_count(); ++i) {
-    Vec3& n = first[static_cast<std::size_t>(larger.parent[static_cast<std::size_t>(i)])];
+    Vec3& n = first[larger.parent[i]];
     if (n.isZero()) n = mesh.normal(i);
     EXPECT_GT(n.dot(mesh.normal(i)), 0.3);
   }
@@ -101,7 +100,7 @@ TEST(Refine, KeepsAreasAndMeansAndFitsTogetherWithoutCracks) {
       Eigen::ArrayXd area = Eigen::ArrayXd::Zero(mesh.patch_count());
       BandArray position(fine.mesh.patch_count(), 3), expected(mesh.patch_count(), 3);
       for (Index i = 0; i < fine.mesh.patch_count(); ++i) {
-        const Index p = fine.coarsening.parent[static_cast<std::size_t>(i)];
+        const Index p = fine.coarsening.parent[i];
         area[p] += fine.mesh.area(i);
         EXPECT_EQ(fine.mesh.surface(i), mesh.surface(p));
         EXPECT_EQ(fine.mesh.material(i), mesh.material(p));

@@ -96,8 +96,8 @@ TEST(Render, InterpolatesAQuadBilinearlyBetweenItsVertices) {
       for (int b = 0; b < 3; ++b) {
         const double expected = (1 - u) * (1 - v) * values(0, b) + u * (1 - v) * values(1, b) +
                                 u * v * values(2, b) + (1 - u) * v * values(3, b);
-        EXPECT_NEAR(image.pixels[static_cast<std::size_t>(y * size + x)][static_cast<std::size_t>(b)],
-                    srgb(expected), 1);  // where 255·s is half a step, rounding may go either way
+        EXPECT_NEAR(image.pixels[y * size + x][b], srgb(expected),
+                    1);  // where 255·s is half a step, rounding may go either way
       }
     }
 }
@@ -113,7 +113,7 @@ void expect_linear_field(const std::vector<Vec3>& loop) {
   int seen = 0;
   for (int y = 0; y < size; ++y)
     for (int x = 0; x < size; ++x) {
-      const int pixel = image.pixels[static_cast<std::size_t>(y * size + x)][0];
+      const int pixel = image.pixels[y * size + x][0];
       if (pixel == 0) continue;
       ++seen;
       EXPECT_NEAR(pixel, srgb(field({2 * (x + 0.5) / size - 1, 1 - 2 * (y + 0.5) / size, 0})), 1);

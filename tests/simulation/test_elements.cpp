@@ -42,7 +42,7 @@ TEST(Elements, OfAFurnaceAreAllAlike) {
   const Visibility visibility(furnace.patches.mesh);
   Index covered = 0;
   for (Index i = 0; i < e.mesh.patch_count(); ++i) {
-    const bool dark = visibility.covered(e.patch[static_cast<std::size_t>(i)]);
+    const bool dark = visibility.covered(e.patch[i]);
     covered += dark ? 1 : 0;
     EXPECT_NEAR(e.radiosity(i, 0), dark ? 1 : 2, 1e-6);
     EXPECT_NEAR(e.irradiance(i, 0), dark ? 0 : 2, 1e-6);
@@ -57,7 +57,7 @@ TEST(Elements, AreNestedInTheirPatchesAndNoLongerThanAsked) {
   ASSERT_EQ(static_cast<Index>(e.patch.size()), e.mesh.patch_count());
   Eigen::ArrayXd area = Eigen::ArrayXd::Zero(patches.patch_count());
   for (Index i = 0; i < e.mesh.patch_count(); ++i) {
-    const Index p = e.patch[static_cast<std::size_t>(i)];
+    const Index p = e.patch[i];
     area[p] += e.mesh.area(i);
     EXPECT_EQ(e.mesh.material(i), patches.material(p));
     const auto c = e.mesh.corners(i);
@@ -88,7 +88,7 @@ TEST(Elements, ComeCloserToAFineSolveThanTheirPatches) {
   double of_elements = 0, of_patches = 0, below = 0;
   Index r = 0;
   for (Index i = 0; i < e.mesh.patch_count(); ++i) {
-    const Index p = e.patch[static_cast<std::size_t>(i)];
+    const Index p = e.patch[i];
     if (coarse.patches.mesh.material_of(p).emission[0] > 0) {
       r += 16;
       continue;
@@ -144,7 +144,7 @@ TEST(Elements, AreToldWhereThePatchesWere) {
   EXPECT_EQ(elements.solution.vertex_radiosity.rows(), elements.mesh.vertex_count());
   ASSERT_TRUE(elements.error && patches.error);
   for (Index i = 0; i < elements.mesh.patch_count(); ++i)
-    EXPECT_GE((*elements.error)(i, 0), (*patches.error)(elements.patch[static_cast<std::size_t>(i)], 0));
+    EXPECT_GE((*elements.error)(i, 0), (*patches.error)(elements.patch[i], 0));
   EXPECT_EQ(patches.mesh.patch_count(), 24);
   EXPECT_TRUE(patches.patch.empty());
 }

@@ -2,6 +2,7 @@
 #include "radiosity/simulation/solve_scene.hpp"
 
 #include <gmock/gmock.h>
+#include <tbb/task_arena.h>
 
 #include <thread>
 #include <utility>
@@ -140,7 +141,8 @@ TEST(SolveScene, ShootsOnMoreThreadsThanThereAreCores) {
   settings.max_iterations = 20;
   const auto radiosity = [&](int threads) {
     const ThreadLimit limit(threads);
-    return solve_scene(two_furnished_rooms(), settings).solution.radiosity;
+    tbb::task_arena arena(threads);  // the limit alone gives no more threads than there are cores
+    return arena.execute([&] { return solve_scene(two_furnished_rooms(), settings).solution.radiosity; });
   };
   const BandArray alone = radiosity(1);
   for (int run = 0; run < 3; ++run) EXPECT_TRUE((radiosity(16) == alone).all());

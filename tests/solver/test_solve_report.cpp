@@ -218,7 +218,7 @@ struct FurnishedRooms {
     for (Index i = 0; i < setup.size(); ++i) {
       while (static_cast<Index>(of_surface.size()) <= setup.mesh.surface(i))
         of_surface.push_back(0.2 + 0.7 * uniform(random));
-      rho(i, 0) = of_surface[static_cast<std::size_t>(setup.mesh.surface(i))];
+      rho(i, 0) = of_surface[setup.mesh.surface(i)];
     }
   }
   RadiositySystem system() const { return {f, setup.mesh.areas(), rho, setup.mesh.emission()}; }

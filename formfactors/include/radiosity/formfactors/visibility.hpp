@@ -38,7 +38,7 @@ class Visibility {
   /// just before the patch, w = Σ Ω / 4π [VanOosterom1983]: 1 in a room, 0 inside the furniture and behind the walls;
   /// 0 and −1 where no room is round the scene. In open scenes, where such numbers are not whole before most patches, none counts as
   /// covered.
-  bool covered(Index patch) const { return covered_[static_cast<std::size_t>(patch)] != 0; }
+  bool covered(Index patch) const { return covered_[patch] != 0; }
 
   static constexpr Index kNothing = -1;  ///< the ray leaves the scene
   static constexpr Index kBack = -2;     ///< the ray ends on the back of a patch

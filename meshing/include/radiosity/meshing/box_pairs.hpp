@@ -13,4 +13,8 @@ namespace radiosity {
 void for_each_pair_that_meets(std::span<const Eigen::AlignedBox3d> boxes,
                               const std::function<void(std::size_t, std::size_t)>& f);
 
+/// The same for pairs of one box of `a`, i, and one of `b`, j.
+void for_each_pair_that_meets(std::span<const Eigen::AlignedBox3d> a, std::span<const Eigen::AlignedBox3d> b,
+                              const std::function<void(std::size_t, std::size_t)>& f);
+
 }  // namespace radiosity

@@ -15,18 +15,16 @@ class DisjointSets {
   explicit DisjointSets(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0); }
 
   Index root(Index i) {
-    while (parent_[at(i)] != i) i = parent_[at(i)] = parent_[at(parent_[at(i)])];
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
     return i;
   }
 
   void unite(Index a, Index b) {
     const auto [low, high] = std::minmax({root(a), root(b)});
-    parent_[at(high)] = low;
+    parent_[high] = low;
   }
 
  private:
-  static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
   std::vector<Index> parent_;
 };
 

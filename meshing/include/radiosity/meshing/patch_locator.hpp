@@ -26,7 +26,7 @@ class PatchLocator {
   Index at(const Eigen::Vector2f& p) const {
     const Cell& cell = cells_[cell_at(p)];
     const bool outside = cell.line.x() * p.x() + cell.line.y() * p.y() + cell.line.z() < 0;
-    const Index patch = cell.sides[static_cast<std::size_t>(outside)];
+    const Index patch = cell.sides[outside];
     return patch >= 0 ? patch : among_several(cell, p);
   }
 

@@ -45,43 +45,37 @@ class PatchMesh {
   Index bands() const;
 
   const std::vector<Vec3>& vertices() const { return arrays_.vertices; }
-  const Vec3& vertex(Index v) const { return arrays_.vertices[static_cast<std::size_t>(v)]; }
+  const Vec3& vertex(Index v) const { return arrays_.vertices[v]; }
   std::span<const Index> corners(Index patch) const {
-    const auto p = static_cast<std::size_t>(patch);
-    return std::span(arrays_.corners)
-        .subspan(static_cast<std::size_t>(arrays_.patch_start[p]),
-                 static_cast<std::size_t>(arrays_.patch_start[p + 1] - arrays_.patch_start[p]));
+    return piece(arrays_.corners, arrays_.patch_start, patch);
   }
-  Index surface(Index patch) const { return arrays_.patch_surface[static_cast<std::size_t>(patch)]; }
-  Index material(Index patch) const { return arrays_.patch_material[static_cast<std::size_t>(patch)]; }
+  Index surface(Index patch) const { return arrays_.patch_surface[patch]; }
+  Index material(Index patch) const { return arrays_.patch_material[patch]; }
   const std::vector<Material>& materials() const { return arrays_.materials; }
-  const Material& material_of(Index patch) const {
-    return arrays_.materials[static_cast<std::size_t>(material(patch))];
-  }
+  const Material& material_of(Index patch) const { return arrays_.materials[material(patch)]; }
 
-  double area(Index patch) const { return areas_[patch]; }  ///< A_i, m²
-  const Eigen::ArrayXd& areas() const { return areas_; }    ///< A, m²
-  const Vec3& normal(Index patch) const {
-    return normals_[static_cast<std::size_t>(patch)];
-  }  ///< unit, front
-  const Vec3& centroid(Index patch) const { return centroids_[static_cast<std::size_t>(patch)]; }
+  double area(Index patch) const { return areas_[patch]; }           ///< A_i, m²
+  const Eigen::ArrayXd& areas() const { return areas_; }             ///< A, m²
+  const Vec3& normal(Index patch) const { return normals_[patch]; }  ///< unit, front
+  const Vec3& centroid(Index patch) const { return centroids_[patch]; }
 
   /// Triangles that cover the patch: vertex numbers, counter-clockwise seen from the front. Triangle t of the
   /// mesh belongs to patch triangle_patch(t); a patch's triangles are consecutive.
   std::span<const std::array<Index, 3>> triangles() const { return triangles_; }
   std::span<const std::array<Index, 3>> triangles(Index patch) const {
-    const auto p = static_cast<std::size_t>(patch);
-    return std::span(triangles_)
-        .subspan(static_cast<std::size_t>(triangle_start_[p]),
-                 static_cast<std::size_t>(triangle_start_[p + 1] - triangle_start_[p]));
+    return piece(triangles_, triangle_start_, patch);
   }
-  Index triangle_patch(Index triangle) const { return triangle_patch_[static_cast<std::size_t>(triangle)]; }
+  Index triangle_patch(Index triangle) const { return triangle_patch_[triangle]; }
 
   /// Patches round a vertex, and vertices joined to it by an edge; on_border where the patches do not close a
   /// ring.
-  std::span<const Index> vertex_patches(Index v) const { return row(vertex_patches_, v); }
-  std::span<const Index> vertex_neighbours(Index v) const { return row(vertex_neighbours_, v); }
-  bool on_border(Index v) const { return on_border_[static_cast<std::size_t>(v)] != 0; }
+  std::span<const Index> vertex_patches(Index v) const {
+    return piece(vertex_patches_.items, vertex_patches_.start, v);
+  }
+  std::span<const Index> vertex_neighbours(Index v) const {
+    return piece(vertex_neighbours_.items, vertex_neighbours_.start, v);
+  }
+  bool on_border(Index v) const { return on_border_[v] != 0; }
 
   /// Corners of the axis-parallel bounding box, and its diagonal in m.
   const Vec3& lower() const { return lower_; }
@@ -97,11 +91,9 @@ class PatchMesh {
   struct Rows {
     std::vector<Index> start, items;
   };
-  static std::span<const Index> row(const Rows& rows, Index r) {
-    const auto i = static_cast<std::size_t>(r);
-    return std::span(rows.items)
-        .subspan(static_cast<std::size_t>(rows.start[i]),
-                 static_cast<std::size_t>(rows.start[i + 1] - rows.start[i]));
+  template <class T>
+  static std::span<const T> piece(const std::vector<T>& items, const std::vector<Index>& start, Index i) {
+    return std::span(items).subspan(start[i], start[i + 1] - start[i]);
   }
 
   void spread_powers();

@@ -37,12 +37,11 @@ class Scene {
 
   const std::vector<Vec3>& vertices() const { return arrays_.vertices; }
   std::span<const Index> corners(Index face) const;
-  Index material(Index face) const { return arrays_.face_material[static_cast<std::size_t>(face)]; }
+  Index material(Index face) const { return arrays_.face_material[face]; }
   const std::vector<Material>& materials() const { return arrays_.materials; }
   bool two_sided(Index face) const {
-    return arrays_.two_sided.empty()
-               ? materials()[static_cast<std::size_t>(material(face))].sides == Sides::both
-               : arrays_.two_sided[static_cast<std::size_t>(face)] != 0;
+    return arrays_.two_sided.empty() ? materials()[material(face)].sides == Sides::both
+                                     : arrays_.two_sided[face] != 0;
   }
 
   /// Half of the Newell vector Σ v_k × v_{k+1}: its length is the face's area, its direction the front

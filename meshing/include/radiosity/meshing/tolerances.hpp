@@ -3,8 +3,9 @@
 
 #include <limits>
 
-/// Every numeric threshold of the toolkit, with its formula and its reason. Lengths are relative to a length
-/// of the scene, never absolute, so that millimetres and kilometres give the same answer.
+/// The numeric thresholds that more than one place knows, or that decide what a user sees, with their formula and reason; those of
+/// a single function stand in it. Lengths are relative to a length of the scene, never absolute, so that millimetres and
+/// kilometres give the same answer.
 namespace radiosity::tolerance {
 
 /// A face is degenerate when its height (2·area / longest edge) is below the rounding of its coordinates,
@@ -25,6 +26,10 @@ inline constexpr double kStraight = 1e-9;
 /// A line of one face touches another face when it is closer than kContact · (scene diagonal): 0.02 mm in a
 /// 20 m building. Contact only adds cut lines; it never moves a vertex.
 inline constexpr double kContact = 1e-6;
+
+/// Modellers round to kModelled · (scene diagonal) at the coarsest: 4 mm in a 20 m building. A vertex that near to an edge may be meant
+/// to lie on it, and between faces that look at each other across such a gap no light to speak of gets but at the rim.
+inline constexpr double kModelled = 200 * kContact;
 
 /// A sensor on a surface stands kBesideSurface · (scene diagonal), and the rounding of the coordinates, in front of it: far above the
 /// rounding of double precision, far below what irradiance could tell. Its rays, in single precision, start at kContact.
