@@ -15,9 +15,13 @@
 namespace radiosity {
 namespace {
 
-constexpr std::array<PipelineInfo, 1> kPipelines{{
+constexpr std::array<PipelineInfo, 3> kPipelines{{
     {"radiosity", "visible surfaces, vertex radiosities interpolated, no lighting step", "Goral1984", true,
      false, make_second_pass},
+    {"gouraud", "z-buffer, local lighting of the vertices, interpolated; no shadows",
+     "Gouraud1971, Catmull1974", false, false, make_gouraud},
+    {"phong", "z-buffer, local lighting of each sample by interpolated normals; no shadows",
+     "Phong1975, Catmull1974", false, false, make_phong},
 }};
 
 /// Places of a pixel's samples: in each of the n columns and n rows that it is divided into there is one, in its middle, so that edges

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "local_lighting.hpp"
+#include "pipelines.hpp"
+#include "rasteriser.hpp"
+
+namespace radiosity {
+namespace {
+
+class Phong final : public Pipeline {
+ public:
+  explicit Phong(ViewScene drawn)
+      : Pipeline(std::move(drawn)), polygons_(triangles_of(mesh())), normals_(rows(vertex_normals(mesh()))) {}
+
+ private:
+  void sample(const Pinhole& eye, const SampleGrid& grid, BandArray& values) const override {
+    rasterise(mesh(), polygons_, normals_, {}, eye, grid, [&](Eigen::Index point, const Fragment& seen) {
+      local_lighting(scene(), seen, values.row(point));
+    });
+  }
+
+  Polygons polygons_;
+  BandArray normals_;
+};
+
+}  // namespace
+
+std::unique_ptr<Pipeline> make_phong(ViewScene scene, const PipelineOptions&) {
+  return std::make_unique<Phong>(std::move(scene));
+}
+
+}  // namespace radiosity

@@ -1,0 +1,362 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "io/files.hpp"
+#include "radiosity/formfactors/threads.hpp"
+#include "radiosity/formfactors/visibility.hpp"
+#include "radiosity/rendering/pipeline.hpp"
+
+// The pipelines that light each surface by itself: `gouraud`, `phong`.
+namespace radiosity::test {
+namespace {
+
+constexpr std::array<std::string_view, 2> kLocal{"gouraud", "phong"};
+
+using Loop = std::vector<Vec3>;
+
+/// Patch k is loops[k], black, and emits k + 1: pictures tell which patch is seen.
+PatchMesh coded(const std::vector<Loop>& loops) {
+  PatchMesh::Arrays arrays;
+  for (const Loop& loop : loops) {
+    for (const Vec3& x : loop) {
+      arrays.corners.push_back(static_cast<Index>(arrays.vertices.size()));
+      arrays.vertices.push_back(x);
+    }
+    const auto k = static_cast<Index>(arrays.materials.size());
+    arrays.patch_start.push_back(static_cast<Index>(arrays.corners.size()));
+    arrays.patch_surface.push_back(k);
+    arrays.patch_material.push_back(k);
+    arrays.materials.push_back(
+        material("face" + std::to_string(k), BandValues::Zero(1), BandValues::Constant(1, k + 1.0)));
+  }
+  return PatchMesh(std::move(arrays));
+}
+
+/// At the origin, looking along −z at [−1, 1]² in the plane z = −1, which just fills a square image.
+Camera ahead() {
+  Camera camera;
+  camera.vertical_fov_deg = 90;
+  return camera;
+}
+
+LinearImage drawn(std::string_view pipeline, const ViewScene& scene, const Camera& camera, int size) {
+  return find_pipeline(pipeline).make(scene)->draw(camera, {.width = size, .height = size, .samples = 1});
+}
+
+LinearImage drawn(std::string_view pipeline, const PatchMesh& mesh, const Camera& camera, int size) {
+  return drawn(pipeline, {std::make_shared<const PatchMesh>(mesh)}, camera, size);
+}
+
+/// The point (x, y) of the image plane at distance 1 that pixel (column, row) of a square image by `ahead` looks at.
+Vec3 looked_at(int column, int row, int size) {
+  return {2 * (column + 0.5) / size - 1, 1 - 2 * (row + 0.5) / size, -1};
+}
+
+/// Every pipeline shows the patch that a ray meets, at each pixel whose neighbours' rays meet the same. Their number.
+int expect_what_rays_meet(const PatchMesh& mesh, const Camera& camera, int size) {
+  const Visibility visibility(mesh);
+  const Pinhole eye(camera, size, size);
+  BandArray met = BandArray::Zero(size, size);
+  for (int row = 0; row < size; ++row)
+    for (int column = 0; column < size; ++column) {
+      const auto hit =
+          visibility.first_hit(eye.position(), eye.direction((column + 0.5) / size, (row + 0.5) / size));
+      if (hit.patch >= 0 && hit.front) met(row, column) = hit.patch + 1;
+    }
+  int compared = 0;
+  for (const std::string_view name : kLocal) {
+    const LinearImage image = drawn(name, mesh, camera, size);
+    for (int row = 1; row + 1 < size; ++row)
+      for (int column = 1; column + 1 < size; ++column) {
+        if ((met.block(row - 1, column - 1, 3, 3) != met(row, column)).any()) continue;
+        ++compared;
+        EXPECT_EQ(image.radiosity(row * size + column, 0), met(row, column))
+            << name << " at " << column << ", " << row;
+      }
+  }
+  return compared / static_cast<int>(kLocal.size());
+}
+
+TEST(LocalPipelines, ShowWhatPrimaryRaysMeetInRandomScenes) {
+  std::mt19937_64 random(1);
+  const auto uniform = [&] { return 2 * static_cast<double>(random() >> 11) * 0x1p-53 - 1; };
+  const auto vector = [&] { return Vec3(uniform(), uniform(), uniform()); };
+  constexpr int kSize = 32;
+  int compared = 0;
+  for (int scene = 0; scene < 100; ++scene) {
+    std::vector<Loop> loops;
+    for (int k = 0; k < 12; ++k) {
+      // Triangles and parallelograms about the eye that go through each other; some reach behind it.
+      const Vec3 origin = 1.5 * vector(), u = 2 * vector(), v = 2 * vector();
+      loops.push_back(k % 2 ? Loop{origin, origin + u, origin + v}
+                            : Loop{origin, origin + u, origin + u + v, origin + v});
+    }
+    Camera camera = ahead();
+    camera.position = 0.3 * vector();
+    camera.target = camera.position + vector();
+    compared += expect_what_rays_meet(coded(loops), camera, kSize);
+  }
+  EXPECT_GT(compared, 50 * kSize * kSize);
+}
+
+TEST(LocalPipelines, ShowWhatPrimaryRaysMeetWhereThereIsNoOrderOfFaces) {
+  // Each of three bars lies over the next: from the left end up to the right end, turned by 120°.
+  std::vector<Loop> bars;
+  for (int k = 0; k < 3; ++k) {
+    const Eigen::AngleAxisd turn(2 * std::numbers::pi / 3 * k, Vec3::UnitZ());
+    Loop bar;
+    for (const Vec3& x :
+         {Vec3(-0.9, -0.4, -2.2), Vec3(0.9, -0.4, -1.8), Vec3(0.9, -0.2, -1.8), Vec3(-0.9, -0.2, -2.2)})
+      bar.push_back(turn * x);
+    bars.push_back(bar);
+  }
+  bars.push_back({{-9, -9, -4}, {9, -9, -4}, {9, 9, -4}, {-9, 9, -4}});
+  EXPECT_GT(expect_what_rays_meet(coded(bars), ahead(), 96), 5000);
+  // Tiles of one plane, side by side; a wall behind them. One of them faces away.
+  std::vector<Loop> tiles{{{-9, -9, -3}, {9, -9, -3}, {9, 9, -3}, {-9, 9, -3}}};
+  for (int k = -2; k < 2; ++k) {
+    const double x = 0.5 * k, z = -2 + 0.25 * x;
+    Loop tile{{x, -1, z}, {x + 0.5, -1, z + 0.125}, {x + 0.5, 1, z + 0.125}, {x, 1, z}};
+    if (k == 1) std::reverse(tile.begin(), tile.end());
+    tiles.push_back(tile);
+  }
+  EXPECT_GT(expect_what_rays_meet(coded(tiles), ahead(), 64), 3000);
+  // Walls through the plane of the eye, and one whose plane holds the eye, so that it is seen edge-on.
+  EXPECT_GT(expect_what_rays_meet(coded({{{-0.5, -9, 9}, {-0.5, -9, -9}, {-0.5, 9, -9}, {-0.5, 9, 9}},
+                                         {{1, -9, -9}, {1, -9, 5}, {1, 9, 5}, {1, 9, -9}},
+                                         {{-9, -0.5, 0}, {9, -0.5, 0}, {9, -0.5, -9}, {-9, -0.5, -9}},
+                                         {{-9, 0, -9}, {9, 0, -9}, {9, 0, -1}, {-9, 0, -1}},
+                                         {{-9, -9, -8}, {9, -9, -8}, {9, 9, -8}, {-9, 9, -8}}}),
+                                  ahead(), 64),
+            3000);
+}
+
+/// Reflecting surfaces under a lamp and a spot that shine on all of them.
+ViewScene lit(PatchMesh mesh) {
+  Light lamp{.name = "lamp", .position = {1, 3, 1}, .intensity = BandValues::Constant(mesh.bands(), 2)};
+  Light spot = lamp;
+  spot.kind = LightKind::spot;
+  spot.position = {-1, 2, 0};
+  spot.direction = Vec3(0.5, -1, -2).normalized();
+  spot.attenuation = {1, 0.5, 0.25};
+  const Index bands = mesh.bands();
+  return {
+      std::make_shared<const PatchMesh>(std::move(mesh)), {}, {lamp, spot}, BandValues::Constant(bands, 0.1)};
+}
+
+// By hand: at y = −0.5 the pyramid |x|, |y| ≤ −z begins at z = −0.5; at z = −2 it is [−2, 2]²; the plane x = 0.5 + z/2, whose front is
+// to the left, is in it from z = −1, where y is in [−1, 1] and x = 0, back to z = −1/3, where it leaves at the right.
+TEST(LocalPipelines, ClippedPolygonsLookLikeThoseCutByHand) {
+  const std::array<std::array<Loop, 2>, 3> cases{{
+      {{{{-9, -0.5, 3}, {9, -0.5, 3}, {9, -0.5, -9}, {-9, -0.5, -9}},
+        {{-0.5, -0.5, -0.5}, {0.5, -0.5, -0.5}, {9, -0.5, -9}, {-9, -0.5, -9}}}},
+      {{{{-9, -9, -2}, {9, -9, -2}, {9, 9, -2}, {-9, 9, -2}},
+        {{-2, -2, -2}, {2, -2, -2}, {2, 2, -2}, {-2, 2, -2}}}},
+      {{{{0, -5, -1}, {1, -5, 1}, {1, 5, 1}, {0, 5, -1}},
+        {{0, -1, -1}, {1.0 / 3, -1.0 / 3, -1.0 / 3}, {1.0 / 3, 1.0 / 3, -1.0 / 3}, {0, 1, -1}}}},
+  }};
+  for (std::size_t k = 0; k < cases.size(); ++k) {
+    for (const bool backwards : {false, true}) {
+      auto [whole, cut] = cases[k];
+      if (backwards)
+        for (Loop* loop : {&whole, &cut}) std::reverse(loop->begin(), loop->end());
+      const LinearImage a = drawn("phong", lit(one_patch(whole, 1)), ahead(), 31);
+      const LinearImage b = drawn("phong", lit(one_patch(cut, 1)), ahead(), 31);
+      EXPECT_LT((a.radiosity - b.radiosity).abs().maxCoeff(), 1e-12) << k;
+      EXPECT_EQ(a.radiosity.maxCoeff() > 0, !backwards) << k;
+    }
+  }
+}
+
+/// From the camera `ahead`, where the plane of the patch is looked at.
+Vec3 on_plane(const PatchMesh& mesh, const Vec3& direction) {
+  return direction * (mesh.normal(0).dot(mesh.centroid(0)) / mesh.normal(0).dot(direction));
+}
+
+// ρ (H_a + Σ I f_att s (n·l)) with ρ = 1/2, at the point that the pixel looks at.
+TEST(Phong, ShowsTheIrradianceOfLightsAtEachPoint) {
+  const PatchMesh floor = one_patch({{-9, -0.5, 3}, {9, -0.5, 3}, {9, -0.5, -9}, {-9, -0.5, -9}}, 1);
+  const LinearImage image = drawn("phong", lit(floor), ahead(), 16);
+  int seen = 0;
+  for (int row = 0; row < 16; ++row)
+    for (int column = 0; column < 16; ++column) {
+      const double shown = image.radiosity(row * 16 + column, 0);
+      const Vec3 x = on_plane(floor, looked_at(column, row, 16));
+      if (row < 8 || x.z() < -9) {
+        EXPECT_EQ(shown, 0);
+        continue;
+      }
+      ++seen;
+      const Vec3 a = Vec3(1, 3, 1) - x, b = Vec3(-1, 2, 0) - x;
+      const double lamp = 2 * a.y() / std::pow(a.norm(), 3);
+      const double aim = std::max(0.0, -b.dot(Vec3(0.5, -1, -2).normalized()) / b.norm());
+      const double spot = 2 / (1 + 0.5 * b.norm() + 0.25 * b.squaredNorm()) * aim * b.y() / b.norm();
+      EXPECT_NEAR(shown, 0.5 * (0.1 + lamp + spot), 1e-13);
+    }
+  EXPECT_EQ(seen, 16 * 8);  // the row below the horizon looks at z = −8
+}
+
+// A roof of two faces whose ridge is smooth: there the normal is vertical, at the eaves it is that of the face. Under a vertical sun of
+// 1 W/m² it shows ρ n·l with n between them in proportion to the distance from the ridge.
+TEST(Phong, InterpolatesNormalsAndMakesThemUnitVectorsAgain) {
+  PatchMesh::Arrays arrays;
+  arrays.vertices = {{-1, -1, -2}, {0, -1, -1.5}, {1, -1, -2}, {-1, 1, -2}, {0, 1, -1.5}, {1, 1, -2}};
+  arrays.corners = {0, 1, 4, 3, 1, 2, 5, 4};
+  arrays.patch_start = {0, 4, 8};
+  arrays.patch_surface = {0, 0};
+  arrays.patch_material = {0, 0};
+  arrays.materials = {material("roof", BandValues::Constant(1, 0.5), BandValues::Zero(1))};
+  const Light sun{.name = "sun",
+                  .kind = LightKind::directional,
+                  .direction = {0, 0, -1},
+                  .intensity = BandValues::Ones(1)};
+  const LinearImage image =
+      drawn("phong", {std::make_shared<const PatchMesh>(std::move(arrays)), {}, {sun}}, ahead(), 15);
+  const Vec3 left = Vec3(-0.5, 0, 1).normalized();
+  int seen = 0;
+  for (int row = 4; row < 11; ++row)
+    for (int column = 4; column < 8; ++column) {
+      // On the left face z = −1.5 + x/2 the direction (d, y, −1) meets x = 1.5 d / (1 + d/2).
+      const double d = looked_at(column, row, 15).x(), x = 1.5 * d / (1 + d / 2);
+      if (x < -1) continue;
+      ++seen;
+      const Vec3 n = ((1 + x) * Vec3::UnitZ() - x * left).normalized();
+      EXPECT_NEAR(image.radiosity(row * 15 + column, 0), 0.5 * n.z(), 1e-14);
+      EXPECT_NEAR(image.radiosity(row * 15 + 14 - column, 0), 0.5 * n.z(), 1e-14);
+    }
+  EXPECT_EQ(seen, 7 * 4);
+}
+
+// Of a clipped polygon, too: values at new vertices are those of the plane.
+TEST(Gouraud, InterpolatesTheIntensitiesOfTheVerticesLinearlyOverTriangles) {
+  for (const Loop& loop : {Loop{{-9, -0.5, 3}, {5, -0.5, 3}, {0.5, -1.5, -9}},
+                           Loop{{-0.5, -0.5, -2}, {0.5, -0.5, -1}, {0.2, 0.7, -1.2}, {-0.6, 0.7, -2}}}) {
+    const PatchMesh mesh = one_patch(loop, 1);
+    const ViewScene scene = lit(mesh);
+    // What the vertices show, as phong does at each point.
+    std::vector<double> intensity;
+    for (const Vec3& x : loop) {
+      double h = 0.1;
+      for (const Light& light : scene.lights) {
+        const Arriving from = arriving(light, x);
+        h += 2 * from.share * std::max(0.0, from.to.dot(mesh.normal(0)));
+      }
+      intensity.push_back(0.5 * h);
+    }
+    const LinearImage image = drawn("gouraud", scene, ahead(), 41);
+    int seen = 0;
+    for (int row = 0; row < 41; ++row)
+      for (int column = 0; column < 41; ++column) {
+        const Vec3 direction = looked_at(column, row, 41), x = on_plane(mesh, direction);
+        double expected = 0;
+        for (const auto& [a, b, c] : mesh.triangles()) {
+          const auto part = [&](Index p, Index q) {
+            return mesh.normal(0).dot((mesh.vertex(p) - x).cross(mesh.vertex(q) - x));
+          };
+          const std::array<double, 3> w{part(b, c), part(c, a), part(a, b)};
+          if (x.z() > 0 || std::min({w[0], w[1], w[2]}) < 0) continue;
+          const auto value = [&](Index v) { return intensity[v]; };
+          expected = (w[0] * value(a) + w[1] * value(b) + w[2] * value(c)) / (w[0] + w[1] + w[2]);
+        }
+        if (expected > 0) ++seen;
+        EXPECT_NEAR(image.radiosity(row * 41 + column, 0), expected, 1e-13);
+      }
+    EXPECT_GT(seen, 100);
+  }
+}
+
+// A floor at y = −1 from z = −1 to z = −3 is seen from y = −1 up to −1/3 on the screen. At −1/2, three quarters of the way, there is
+// z = −2, the middle: it shows the mean of the ends, not 1/4 of the near and 3/4 of the far end.
+TEST(Gouraud, InterpolatesWithPerspective) {
+  const PatchMesh floor = one_patch({{-1, -1, -1}, {1, -1, -1}, {1, -1, -3}, {-1, -1, -3}}, 1);
+  Light sky{
+      .name = "lamp", .position = {0, 9, -1}, .intensity = BandValues::Ones(1), .attenuation = {1, 0, 0}};
+  const LinearImage image =
+      drawn("gouraud", {std::make_shared<const PatchMesh>(floor), {}, {sky}}, ahead(), 6);
+  const double near = 10 / std::sqrt(101.0), far = 10 / std::sqrt(105.0);
+  EXPECT_NEAR(image.radiosity(4 * 6 + 2, 0), 0.5 * (near + far) / 2, 1e-14);
+  EXPECT_NEAR(image.radiosity(4 * 6 + 3, 0), 0.5 * (near + far) / 2, 1e-14);
+}
+
+// Edges through pixels' middles: the axes, both diagonals, and a corner in the very middle of the image. Each sample belongs to one
+// face, so that the images of single faces add up to one of all of them, which has no holes.
+TEST(LocalPipelines, CoverSharedEdgesExactlyOnce) {
+  std::mt19937_64 random(2);
+  const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
+  constexpr int kSize = 45;
+  for (const int corners : {4, 8, 12, 40}) {
+    std::vector<Vec3> rim;
+    for (int k = 0; k < corners; ++k) {
+      const double angle = 2 * std::numbers::pi * (k + (corners > 8 ? 0.8 * uniform() : 0)) / corners;
+      rim.emplace_back(4 * std::cos(angle), 4 * std::sin(angle), -1 - uniform());
+      if (corners <= 8) rim.back() = {std::round(rim.back().x()), std::round(rim.back().y()), -1};
+    }
+    const Vec3 hub(0, 0, -1.25);
+    std::vector<Loop> loops;
+    for (std::size_t k = 0; k < rim.size(); ++k) loops.push_back({hub, rim[k], rim[(k + 1) % rim.size()]});
+    for (const std::string_view name : kLocal) {
+      BandArray sum = BandArray::Zero(kSize * kSize, 1);
+      for (const Loop& loop : loops) sum += drawn(name, coded({loop}), ahead(), kSize).radiosity;
+      EXPECT_TRUE((sum == 1).all()) << name << ", " << corners;
+      EXPECT_GT(drawn(name, coded(loops), ahead(), kSize).radiosity.minCoeff(), 0);
+    }
+  }
+}
+
+TEST(LocalPipelines, ShowTheFrontOfSheetsWithTwoSides) {
+  const Loop sheet{{-5, -0.1, 1}, {5, -0.1, 1}, {4, -0.3, -90}, {-5, -0.3, -90}};
+  const Loop flat = {{sheet[0], sheet[1], sheet[2]}};
+  const PatchMesh mesh = coded({flat, {flat.rbegin(), flat.rend()}, {flat[1], flat[0], flat[2]}, flat});
+  for (const std::string_view name : kLocal) {
+    const LinearImage image = drawn(name, mesh, ahead(), 64);
+    for (int row = 33; row < 64; ++row)
+      for (int column = 28; column < 36; ++column) {
+        const double shown = image.radiosity(row * 64 + column, 0);
+        EXPECT_TRUE(shown == 1 || shown == 4) << name << " " << shown;
+      }
+  }
+}
+
+TEST(LocalPipelines, FillCoarseImagesUpToTheirBorders) {
+  const ViewScene scene = lit(room({-1, -1, -1}, {1, 1, 1}, false));
+  for (const std::string_view name : kLocal)
+    find_pipeline(name).make(scene)->draw(
+        ahead(), {.width = 21, .height = 9, .samples = 1, .refined = [&](const LinearImage& image) {
+                    EXPECT_GT(image.radiosity.minCoeff(), 0) << name;
+                    return true;
+                  }});
+}
+
+TEST(LocalPipelines, DrawManyPolygonsWithTheSameBitsOnAnyNumberOfThreads) {
+  // A wavy sheet of 5,000 triangles whose vertices are shared.
+  constexpr int kCells = 50;
+  PatchMesh::Arrays arrays;
+  for (int j = 0; j <= kCells; ++j)
+    for (int i = 0; i <= kCells; ++i)
+      arrays.vertices.emplace_back(0.15 * i - 3.75, 0.15 * j - 3.75,
+                                   -2.5 + 0.3 * std::sin(0.4 * i) * std::cos(0.5 * j));
+  for (int j = 0; j < kCells; ++j)
+    for (int i = 0; i < kCells; ++i) {
+      const Index a = j * (kCells + 1) + i, b = a + 1, d = a + kCells + 1, c = d + 1;
+      for (const Index corner : {a, b, c, a, c, d}) arrays.corners.push_back(corner);
+      for (int k = 0; k < 2; ++k) {
+        arrays.patch_start.push_back(arrays.patch_start.back() + 3);
+        arrays.patch_surface.push_back(0);
+        arrays.patch_material.push_back(0);
+      }
+    }
+  arrays.materials = {material("sheet", rgb(0.5, 0.25, 0.75), rgb(0, 0, 0))};
+  const ViewScene scene = lit(PatchMesh(std::move(arrays)));
+  for (const std::string_view name : kLocal) {
+    const LinearImage many = drawn(name, scene, ahead(), 50);
+    const ThreadLimit limit(1);
+    EXPECT_TRUE((drawn(name, scene, ahead(), 50).radiosity == many.radiosity).all()) << name;
+    EXPECT_GT(many.radiosity.minCoeff(), 0) << name;
+  }
+}
+
+}  // namespace
+}  // namespace radiosity::test
