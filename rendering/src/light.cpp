@@ -44,7 +44,8 @@ Arriving arriving(const Light& light, const Vec3& x) {
   Arriving result{d > 0 ? Vec3(way / d) : Vec3(-light.direction), d, 1 / (c1 + c2 * d + c3 * d * d)};
   if (light.kind == LightKind::spot) {
     const double cosine = -result.to.dot(light.direction);
-    result.share *= cosine > 0 ? std::pow(cosine, light.exponent) : 0;
+    // std::pow(cosine, 1) is cosine, and takes longer than all the rest.
+    result.share *= cosine > 0 ? light.exponent == 1 ? cosine : std::pow(cosine, light.exponent) : 0;
   }
   return result;
 }

@@ -11,6 +11,7 @@ void local_lighting(const ViewScene& scene, Index patch, const Vec3& x, const Ve
   else
     result.setZero();
   for (const Light& light : scene.lights) {
+    if (light.kind != LightKind::directional && n.dot(light.position - x) <= 0) continue;
     const Arriving from = arriving(light, x);
     const double cosine = n.dot(from.to);
     if (cosine > 0 && from.share > 0) result += cosine * from.share * light.intensity.transpose();

@@ -15,13 +15,15 @@
 namespace radiosity {
 namespace {
 
-constexpr std::array<PipelineInfo, 3> kPipelines{{
+constexpr std::array<PipelineInfo, 4> kPipelines{{
     {"radiosity", "visible surfaces, vertex radiosities interpolated, no lighting step", "Goral1984", true,
      false, make_second_pass},
     {"gouraud", "z-buffer, local lighting of the vertices, interpolated; no shadows",
      "Gouraud1971, Catmull1974", false, false, make_gouraud},
     {"phong", "z-buffer, local lighting of each sample by interpolated normals; no shadows",
      "Phong1975, Catmull1974", false, false, make_phong},
+    {"priority", "binary space partition, drawn back to front, lighting as phong; no shadows",
+     "Fuchs1980, Phong1975", false, false, make_priority},
 }};
 
 /// Places of a pixel's samples: in each of the n columns and n rows that it is divided into there is one, in its middle, so that edges

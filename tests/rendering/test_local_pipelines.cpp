@@ -7,13 +7,15 @@
 #include "io/files.hpp"
 #include "radiosity/formfactors/threads.hpp"
 #include "radiosity/formfactors/visibility.hpp"
+#include "radiosity/io/read_scene.hpp"
+#include "radiosity/meshing/make_patches.hpp"
 #include "radiosity/rendering/pipeline.hpp"
 
-// The pipelines that light each surface by itself: `gouraud`, `phong`.
+// The pipelines that light each surface by itself: `gouraud`, `phong`, `priority`.
 namespace radiosity::test {
 namespace {
 
-constexpr std::array<std::string_view, 2> kLocal{"gouraud", "phong"};
+constexpr std::array<std::string_view, 3> kLocal{"gouraud", "phong", "priority"};
 
 using Loop = std::vector<Vec3>;
 
@@ -330,31 +332,61 @@ TEST(LocalPipelines, FillCoarseImagesUpToTheirBorders) {
                   }});
 }
 
-TEST(LocalPipelines, DrawManyPolygonsWithTheSameBitsOnAnyNumberOfThreads) {
-  // A wavy sheet of 5,000 triangles whose vertices are shared.
-  constexpr int kCells = 50;
+/// Wavy sheets of 2 n² triangles that share vertices, before the camera `ahead`, each turned about the line of sight.
+PatchMesh waves(Index n, std::initializer_list<double> turns) {
   PatchMesh::Arrays arrays;
-  for (int j = 0; j <= kCells; ++j)
-    for (int i = 0; i <= kCells; ++i)
-      arrays.vertices.emplace_back(0.15 * i - 3.75, 0.15 * j - 3.75,
-                                   -2.5 + 0.3 * std::sin(0.4 * i) * std::cos(0.5 * j));
-  for (int j = 0; j < kCells; ++j)
-    for (int i = 0; i < kCells; ++i) {
-      const Index a = j * (kCells + 1) + i, b = a + 1, d = a + kCells + 1, c = d + 1;
-      for (const Index corner : {a, b, c, a, c, d}) arrays.corners.push_back(corner);
-      for (int k = 0; k < 2; ++k) {
-        arrays.patch_start.push_back(arrays.patch_start.back() + 3);
-        arrays.patch_surface.push_back(0);
-        arrays.patch_material.push_back(0);
+  for (const double turn : turns) {
+    const auto first = static_cast<Index>(arrays.vertices.size());
+    const double cell = 7.5 / n;
+    for (Index j = 0; j <= n; ++j)
+      for (Index i = 0; i <= n; ++i)
+        arrays.vertices.push_back(Eigen::AngleAxisd(turn, Vec3::UnitZ()) *
+                                  Vec3(cell * i - 3.75, cell * j - 3.75,
+                                       -2.5 + 0.3 * std::sin(3 * cell * i) * std::cos(3.5 * cell * j)));
+    for (Index j = 0; j < n; ++j)
+      for (Index i = 0; i < n; ++i) {
+        const Index a = first + j * (n + 1) + i, b = a + 1, d = a + n + 1, c = d + 1;
+        for (const Index corner : {a, b, c, a, c, d}) arrays.corners.push_back(corner);
+        for (int k = 0; k < 2; ++k) {
+          arrays.patch_start.push_back(arrays.patch_start.back() + 3);
+          arrays.patch_surface.push_back(0);
+          arrays.patch_material.push_back(0);
+        }
       }
-    }
+  }
   arrays.materials = {material("sheet", rgb(0.5, 0.25, 0.75), rgb(0, 0, 0))};
-  const ViewScene scene = lit(PatchMesh(std::move(arrays)));
+  return PatchMesh(std::move(arrays));
+}
+
+TEST(LocalPipelines, DrawManyPolygonsWithTheSameBitsOnAnyNumberOfThreads) {
+  const ViewScene scene = lit(waves(50, {0}));
   for (const std::string_view name : kLocal) {
     const LinearImage many = drawn(name, scene, ahead(), 50);
     const ThreadLimit limit(1);
     EXPECT_TRUE((drawn(name, scene, ahead(), 50).radiosity == many.radiosity).all()) << name;
     EXPECT_GT(many.radiosity.minCoeff(), 0) << name;
+  }
+}
+
+// The same lighting of the same fragments, but for rounding of what was split; smooth normals, three bands.
+TEST(Priority, ShowsWhatPhongShows) {
+  std::vector<std::pair<ViewScene, Camera>> cases;
+  for (const char* name : {"cornell-box", "cube", "two-rooms"}) {
+    const LoadedScene loaded = read_scene(std::string(RADIOSITY_SOURCE_DIR "/scenes/") + name + ".toml");
+    const auto mesh = std::make_shared<const PatchMesh>(make_patches(loaded.scene, KeepFaces{}).mesh);
+    cases.push_back(
+        {{mesh, {}, lights_of_emitters(*mesh), ambient_irradiance(*mesh)}, loaded.settings.camera.value()});
+  }
+  // Two sheets of 800 triangles that go through each other. Middles of pixels lie on edges of the first, which are split where
+  // their neighbours' are not: there must be no hole.
+  cases.push_back({lit(waves(20, {0, 1})), ahead()});
+  for (const auto& [scene, camera] : cases) {
+    const DrawOptions options{.width = 64, .height = 48, .samples = 1};
+    const LinearImage z = find_pipeline("phong").make(scene)->draw(camera, options),
+                      order = find_pipeline("priority").make(scene)->draw(camera, options);
+    const double largest = z.radiosity.maxCoeff();
+    EXPECT_GT(largest, 0);
+    EXPECT_LT((z.radiosity - order.radiosity).abs().maxCoeff(), 1e-9 * largest);
   }
 }
 
