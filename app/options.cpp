@@ -366,6 +366,10 @@ class Parser {
     for (const char* chosen : {"--patch-size", "--samples", "--resolution", "--tolerance",
                                "--no-error-estimate", "--no-closure", "--series"})
       accuracy->excludes(command->get_option(chosen));
+    add_time_limit(command, group);
+  }
+
+  void add_time_limit(CLI::App* command, const std::string& group) {
     add_checked(command->add_option("--time-limit", options_.time_limit,
                                     "Stop after this time with the best there is, as Ctrl-C does"),
                 "SECONDS", positive)
@@ -433,9 +437,12 @@ class Parser {
                                     "A solved .vtp, or a scene, which is solved first with the\n"
                                     "settings of its scene file");
     Options::View& view = options_.view;
-    add_output(command, "P.png", "The image (required)");
+    add_output(command, "P.png", "The image; .exr and .hdr are in physical units, W/m² (required)");
     command->add_option("--scene", view.camera_file, "A scene file whose [camera] is used")
         ->option_text("FILE.toml")
+        ->group("Camera");
+    command->add_option("--camera", view.camera_name, "The scene file's [camera.NAME]")
+        ->option_text("NAME")
         ->group("Camera");
     const auto add_vector = [&](const std::string& name, std::optional<Vec3>& value,
                                 const std::string& description) {
@@ -477,6 +484,22 @@ class Parser {
                                     fmt::format("Of each pixel. Default: {}", view.samples)),
                 "N", whole<Index>(1, 1 << 20))
         ->group("Image");
+    add_seed(command, "Image");
+    add_checked(command->add_option("--depth", view.depth,
+                                    fmt::format("Of ray-tracing: most surfaces that a ray is followed over.\n"
+                                                "Default: {}",
+                                                PipelineOptions{}.depth)),
+                "N", whole<int>(1, 1 << 20))
+        ->group("Image");
+    command
+        ->add_flag(
+            "--classical-attenuation", view.classical_attenuation,
+            "Of ray-tracing: mirrored and refracted light falls with the\ndistance, and that of lights is "
+            "at most their intensity")
+        ->disable_flag_override()
+        ->option_text(" ")
+        ->group("Image");
+    add_time_limit(command, "Image");
     add_general(command);
     command->footer(
         "Without --scene and --position the camera is the scene file's own, or one that has all in view.");
@@ -577,6 +600,7 @@ class Parser {
 
   // A flag that would be ignored is a misunderstanding, so it is refused.
   void explain_settings_without_effect() const {
+    if (options_.command == "view") explain_pipeline_settings();
     if (!options_.flags.method) return;
     const std::string& method = *options_.flags.method;
     const auto refuse = [&](bool given, std::string_view name, Index FormFactorOptions::*setting) {
@@ -592,6 +616,21 @@ class Parser {
     };
     refuse(options_.flags.samples.has_value(), "samples", &FormFactorOptions::samples);
     refuse(options_.flags.resolution.has_value(), "resolution", &FormFactorOptions::resolution);
+  }
+
+  void explain_pipeline_settings() const {
+    const PipelineInfo& used = find_pipeline(options_.view.pipeline);
+    const auto refuse = [&](bool given, std::string_view name, bool PipelineInfo::*has) {
+      if (!given || used.*has) return;
+      std::vector<std::string_view> users;
+      for (const PipelineInfo& info : pipelines())
+        if (info.*has) users.push_back(info.name);
+      throw UsageError(fmt::format("--{} has no effect with --pipeline {}; it belongs to {}", name, used.name,
+                                   fmt::join(users, ", ")));
+    };
+    refuse(options_.flags.seed.has_value(), "seed", &PipelineInfo::random);
+    refuse(options_.view.depth.has_value(), "depth", &PipelineInfo::recursive);
+    refuse(options_.view.classical_attenuation, "classical-attenuation", &PipelineInfo::recursive);
   }
 
   Options& options_;

@@ -40,8 +40,10 @@ struct Options {
     std::optional<double> vertical_fov_deg;
     int width = 800, height = 600;
     std::optional<double> exposure;  ///< 1/(W/m²)
-    std::string pipeline = "radiosity";
+    std::string pipeline = "radiosity", camera_name;
     Index samples = DrawOptions{}.samples;  ///< per pixel
+    std::optional<int> depth;
+    bool classical_attenuation = false;
   } view;
 };
 

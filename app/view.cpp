@@ -2,11 +2,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <utility>
 
 #include "commands.hpp"
+#include "radiosity/io/linear_image.hpp"
 #include "radiosity/io/png.hpp"
 #include "radiosity/io/solution_file.hpp"
 #include "radiosity/meshing/error.hpp"
@@ -21,7 +23,7 @@ namespace {
 struct Shown {
   ViewScene scene;
   std::optional<double> exposure;
-  std::optional<Camera> camera;  ///< the scene file's
+  SceneSettings settings;  ///< the scene file's, whose cameras are used
   bool converged = true;
 };
 
@@ -52,21 +54,28 @@ Shown show_scene(Job& job, const PipelineInfo& pipeline) {
   if (!pipeline.solved) {
     Patches patches = make_patches(loaded.scene, KeepFaces{});
     warn(job, patches.warnings);
-    return {view_scene(std::move(patches.mesh), {}), {}, loaded.settings.camera};
+    return {view_scene(std::move(patches.mesh), {}), {}, loaded.settings};
   }
   SolvedScene solved = solve_stage(job, {loaded.scene, {}, {}, {}, {}}, loaded.settings);
   const double exposure = automatic_exposure(solved.patches.mesh, solved.solution.radiosity);
   SolvedScene::Told told = solved.told_of_setup(0);
   return {view_scene(std::move(told.mesh), std::move(told.solution.vertex_radiosity)), exposure,
-          loaded.settings.camera, job.report.converged};
+          loaded.settings, job.report.converged};
 }
 
-std::optional<Camera> camera_of(const std::filesystem::path& scene_file) {
-  if (scene_file.empty()) return {};
-  auto camera = read_scene(scene_file).settings.camera;
-  if (!camera)
-    throw InputError(fmt::format("{}: --scene needs a scene file with a [camera]", scene_file.string()));
-  return camera;
+/// [camera], or the one that is named, or the first of those that have names; nothing where there is none.
+std::optional<Camera> camera_of(const SceneSettings& settings, const std::string& name,
+                                const std::filesystem::path& file) {
+  const auto& cameras = settings.cameras;
+  if (name.empty()) {
+    if (settings.camera || cameras.empty()) return settings.camera;
+    return cameras.begin()->second;
+  }
+  if (const auto found = cameras.find(name); found != cameras.end()) return found->second;
+  std::vector<std::string> names;
+  for (const auto& [known, camera] : cameras) names.push_back(known);
+  throw InputError(
+      fmt::format("{}: there is no [camera.{}]{}", file.string(), name, did_you_mean(name, names)));
 }
 
 Camera override_camera(Camera camera, const Options::View& view) {
@@ -82,39 +91,91 @@ LinearImage coarse(const Pipeline& pipeline, const Camera& camera, DrawOptions o
   options.width = std::max(1, options.width / 4);
   options.height = std::max(1, options.height / 4);
   options.samples = 1;
+  options.standard_error = false;
   return pipeline.draw(camera, options);
+}
+
+void tell(const Console& console, const LinearImage& image, Index samples) {
+  if (image.samples == 0)
+    console.line("samples", "stopped: pixels stand for their neighbours");
+  else
+    console.line("samples", "{}{} per pixel", image.samples,
+                 image.completed ? "" : fmt::format(" of {}, stopped:", samples));
+  if ((image.radiosity == 0).all())
+    console.line(
+        "warning",
+        "the image is black: no light comes from what the camera sees, which may be backs of surfaces; is "
+        "it inside of a wall, or does it look past the scene?");
+  if (image.standard_error)
+    console.line("noise", "{:.3g} W/m² rms, the mean is {:.3g}",
+                 std::sqrt(image.standard_error->square().mean()), image.radiosity.mean());
 }
 
 }  // namespace
 
 int run_view(const Options& options) {
   Job job(options);
-  check_outputs(options, ".png");
-  std::optional<Camera> wanted = camera_of(options.view.camera_file);
+  std::string extension = options.output.extension().string();
+  if (extension != ".exr" && extension != ".hdr" && extension != ".png") extension = ".png, .exr or .hdr";
+  check_outputs(options, extension);
   const Options::View& view = options.view;
   const PipelineInfo& info = find_pipeline(view.pipeline);
+  std::optional<Camera> wanted;
+  if (!view.camera_file.empty()) {
+    wanted = camera_of(read_scene(view.camera_file).settings, view.camera_name, view.camera_file);
+    if (!wanted)
+      throw InputError(
+          fmt::format("{}: --scene needs a scene file with a [camera]", view.camera_file.string()));
+  }
   auto solved = read_solved(job);
   Shown shown = solved ? *std::move(solved) : show_scene(job, info);
-
-  if (!wanted) wanted = shown.camera;
+  if (!wanted) wanted = camera_of(shown.settings, view.camera_name, options.scene);
   const Camera camera = override_camera(wanted ? *wanted : automatic_camera(*shown.scene.mesh), view);
   job.console.line("camera", "at {:.4g} {:.4g} {:.4g}, towards {:.4g} {:.4g} {:.4g}, {:.4g}° high",
                    camera.position.x(), camera.position.y(), camera.position.z(), camera.target.x(),
                    camera.target.y(), camera.target.z(), camera.vertical_fov_deg);
-  const std::unique_ptr<Pipeline> pipeline = info.make(std::move(shown.scene));
+  PipelineOptions settings;
+  settings.seed = options.flags.seed.value_or(settings.seed);
+  settings.depth = view.depth.value_or(settings.depth);
+  settings.classical_attenuation = view.classical_attenuation;
+  const std::unique_ptr<Pipeline> pipeline = info.make(std::move(shown.scene), settings);
+
   DrawOptions draw{.width = view.width, .height = view.height, .samples = view.samples};
-  const double exposure = view.exposure    ? *view.exposure
-                          : shown.exposure ? *shown.exposure
-                                           : automatic_exposure(coarse(*pipeline, camera, draw));
-  if (!info.random) draw.brightest = 1 / exposure;
-  job.console.line("image", "{} × {} pixels by {}, {} samples each, exposure {:.4g} /(W/m²)", view.width,
-                   view.height, info.name, view.samples, exposure);
+  draw.standard_error = info.random && draw.samples > 1;
+  const bool display = extension == ".png";
+  double exposure = 0;
+  if (display) {
+    exposure = view.exposure    ? *view.exposure
+               : shown.exposure ? *shown.exposure
+                                : automatic_exposure(coarse(*pipeline, camera, draw));
+    if (!info.random) draw.brightest = 1 / exposure;
+  }
+  job.console.line("image", "{} × {} pixels by {}{}", view.width, view.height, info.name,
+                   display ? fmt::format(", exposure {:.4g} /(W/m²)", exposure) : ", in W/m²");
   Outputs outputs(job);
   job.stage.lap();
   outputs.will_write(options.output);
-  write_png(options.output, tone_map(pipeline->draw(camera, draw), exposure));
+  const auto write = [&](const LinearImage& image) {
+    if (display)
+      write_png(options.output, tone_map(image, exposure));
+    else
+      write_linear_image(options.output, image);
+  };
+  // Whoever waits is shown what there is, but writing must not take longer than drawing.
+  constexpr double kEvery = 0.5;  // s
+  Stopwatch shown_last;
+  draw.refined = [&](const LinearImage& image) {
+    if (shown_last.elapsed() > kEvery) {
+      write(image);
+      shown_last.lap();
+    }
+    return !interrupted() && !(options.time_limit > 0 && job.total.elapsed() > options.time_limit);
+  };
+  const LinearImage image = pipeline->draw(camera, draw);
+  write(image);
+  tell(job.console, image, draw.samples);
   outputs.finish();
-  return shown.converged ? kDone : kNotConverged;
+  return shown.converged && image.completed ? kDone : kNotConverged;
 }
 
 }  // namespace radiosity::app

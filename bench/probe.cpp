@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
 
 #include <CLI/CLI.hpp>
 #include <chrono>
@@ -8,10 +7,11 @@
 #include <ctime>
 #include <random>
 
-#include "cases/path_tracer.hpp"
 #include "cases/scenes.hpp"
 #include "radiosity/formfactors/assemble.hpp"
 #include "radiosity/meshing/make_patches.hpp"
+#include "radiosity/rendering/path_traced.hpp"
+#include "radiosity/simulation/probe.hpp"
 #include "radiosity/solver/solution.hpp"
 
 /// Irradiance at sensors in a closed Cornell box, from radiosity and from path tracing.
@@ -37,17 +37,12 @@ class Stopwatch {
   std::clock_t cpu_ = std::clock();
 };
 
-struct Place {
-  Sensor sensor;
-  Index patch;  ///< of the mesh it was chosen on, or kNothing
-};
-
 /// Half of the sensors on surfaces, evenly by area; the others in the room, facing anywhere.
-std::vector<Place> places(const Visibility& visibility, Index count) {
+std::vector<TracedPlace> places(const Visibility& visibility, Index count) {
   const PatchMesh& mesh = visibility.mesh();
   std::mt19937_64 random(7);
   const auto draw = [&] { return test::uniform(random); };
-  std::vector<Place> result;
+  std::vector<TracedPlace> result;
   while (static_cast<Index>(result.size()) < count) {
     if (result.size() % 2 == 0) {
       double where = draw() * mesh.areas().sum();
@@ -61,32 +56,14 @@ std::vector<Place> places(const Visibility& visibility, Index count) {
           (1 - root) * mesh.vertex(t[0]) + root * (1 - s) * mesh.vertex(t[1]) + root * s * mesh.vertex(t[2]);
       // A place on the floor under a block is inside of it.
       if (visibility.first_hit(x + 1e-4 * mesh.normal(j), mesh.normal(j)).front)
-        result.push_back({{x, mesh.normal(j)}, j});
+        result.push_back({x, mesh.normal(j), j});
     } else {
       const Vec3 x = mesh.lower() + Vec3(draw(), draw(), draw()).cwiseProduct(mesh.upper() - mesh.lower());
       const double z = 2 * draw() - 1, angle = 6.283185307179586 * draw(), r = std::sqrt(1 - z * z);
       if (visibility.first_hit(x, Vec3::UnitZ()).front)
-        result.push_back({{x, {r * std::cos(angle), r * std::sin(angle), z}}, Visibility::kNothing});
+        result.push_back({x, {r * std::cos(angle), r * std::sin(angle), z}, Visibility::kNothing});
     }
   }
-  return result;
-}
-
-struct Reference {
-  BandArray irradiance, standard_error;
-};
-
-Reference reference(const Visibility& visibility, const std::vector<Place>& all, Index paths,
-                    std::uint64_t seed) {
-  const auto n = static_cast<Eigen::Index>(all.size());
-  Reference result{BandArray(n, visibility.mesh().bands()), BandArray(n, visibility.mesh().bands())};
-  tbb::parallel_for(Eigen::Index{0}, n, [&](Eigen::Index s) {
-    const Place& place = all[s];
-    const auto traced = test::path_traced(visibility, place.sensor, place.patch, paths,
-                                          seed * 1'000'003 + static_cast<std::uint64_t>(s));
-    result.irradiance.row(s) = traced.irradiance.transpose();
-    result.standard_error.row(s) = traced.standard_error.transpose();
-  });
   return result;
 }
 
@@ -128,13 +105,13 @@ int main(int argc, char** argv) {
   const Scene scene = test::closed_cornell_box();
   const Patches faces = make_patches(scene, KeepFaces{});
   const Visibility faces_visibility(faces.mesh);
-  const std::vector<Place> all = places(faces_visibility, sensors);
+  const std::vector<TracedPlace> all = places(faces_visibility, sensors);
   std::vector<Sensor> list;
-  for (const Place& place : all) list.push_back(place.sensor);
+  for (const TracedPlace& place : all) list.push_back({place.position, place.normal});
 
   Stopwatch watch;
-  const Reference a = reference(faces_visibility, all, paths, 1),
-                  b = reference(faces_visibility, all, paths, 2);
+  const auto mesh = std::make_shared<const PatchMesh>(faces.mesh);
+  const PathTraced a = path_traced(mesh, all, paths, 1), b = path_traced(mesh, all, paths, 2);
   const BandArray exact = (a.irradiance + b.irradiance) / 2;
   const BandArray noise = (a.standard_error.square() + b.standard_error.square()).sqrt() / 2;
   const auto [wall, cpu] = watch.lap();

@@ -140,6 +140,9 @@ struct Visibility::Impl {
     bool fronts_only;    // backs are passed through
     bool only_opposed;   // what does not face `from` is passed through
     const float* risen;  // per ray id: from this distance on a ray is clear of `from`; null: not known
+    float
+        leaving;  // until this distance, rays pass through what shows its front while `inwards`, and else its back
+    bool inwards;
   };
   static void filter(const RTCFilterFunctionNArguments* args);
 
@@ -177,6 +180,13 @@ void Visibility::Impl::filter(const RTCFilterFunctionNArguments* args) {
       continue;
     }
     const float t = RTCRayN_tfar(args->ray, n, k);
+    if (t < context->leaving &&
+        context->impl->shows_front(RTCHitN_primID(args->hit, n, k), RTCRayN_dir_x(args->ray, n, k),
+                                   RTCRayN_dir_y(args->ray, n, k),
+                                   RTCRayN_dir_z(args->ray, n, k)) == context->inwards) {
+      args->valid[k] = 0;
+      continue;
+    }
     const float x = RTCRayN_org_x(args->ray, n, k) + t * RTCRayN_dir_x(args->ray, n, k);
     const float y = RTCRayN_org_y(args->ray, n, k) + t * RTCRayN_dir_y(args->ray, n, k);
     const float z = RTCRayN_org_z(args->ray, n, k) + t * RTCRayN_dir_z(args->ray, n, k);
@@ -478,7 +488,7 @@ bool Visibility::visible(const Vec3& x, Index i, const Vec3& y, Index j) const {
   return !lines.blocked[0];
 }
 
-Visibility::Hit Visibility::first_hit(const Vec3& origin, const Vec3& direction) const {
+Visibility::Hit Visibility::first_hit(const Vec3& origin, const Vec3& direction, Index from) const {
   Impl::Context context{};
   rtcInitIntersectContext(&context.base);
   context.impl = impl_.get();
@@ -493,6 +503,16 @@ Visibility::Hit Visibility::first_hit(const Vec3& origin, const Vec3& direction)
   ray.ray.dir_z = d.z();
   ray.ray.tfar = std::numeric_limits<float>::infinity();
   ray.ray.mask = ~0U;
+  if (from != kNothing) {
+    context.from = impl_->plane_of(from);
+    context.leaving = tolerance::kLeaving / d.norm();
+    context.inwards = mesh_.normal(from).dot(direction) < 0;
+    const Eigen::Vector3f above = o + (context.inwards ? -tolerance::kSamePlane : tolerance::kSamePlane) *
+                                          mesh_.normal(from).cast<float>();
+    ray.ray.org_x = above.x();
+    ray.ray.org_y = above.y();
+    ray.ray.org_z = above.z();
+  }
   ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   ray.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   rtcIntersect1(impl_->scene, &context.base, &ray);

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <map>
 #include <string>
 #include <vector>
@@ -17,6 +18,8 @@ struct MeshMaterial {
   BandValues reflectance = BandValues::Constant(1, 0.5);
   BandValues emission = BandValues::Zero(1);
   Sides sides = Sides::front;
+  BandValues specular = BandValues::Zero(1), transmission = BandValues::Zero(1);
+  double shininess = std::numeric_limits<double>::infinity(), refractive_index = 1;
   std::string undefined = {};  ///< not empty: faces use it, nothing defines it; the sentence that says so
 };
 

@@ -18,7 +18,7 @@ namespace radiosity {
 namespace {
 
 /// Extensions that are read, or that change neither a shape nor its diffuse reflectance.
-constexpr std::array<std::string_view, 16> kUnderstood{"KHR_mesh_quantization",
+constexpr std::array<std::string_view, 17> kUnderstood{"KHR_mesh_quantization",
                                                        "EXT_mesh_gpu_instancing",
                                                        "KHR_materials_emissive_strength",
                                                        "KHR_materials_pbrSpecularGlossiness",
@@ -29,6 +29,7 @@ constexpr std::array<std::string_view, 16> kUnderstood{"KHR_mesh_quantization",
                                                        "KHR_materials_iridescence",
                                                        "KHR_materials_sheen",
                                                        "KHR_materials_specular",
+                                                       "KHR_materials_transmission",
                                                        "KHR_materials_variants",
                                                        "KHR_texture_transform",
                                                        "KHR_texture_basisu",
@@ -77,7 +78,7 @@ class GltfReader {
           fmt::format("{} sets of points and lines are not surfaces: left out", left_out_));
     if (!transparent_.empty())
       mesh_.warnings.push_back(
-          fmt::format("transparency is not read: opaque here: '{}'", fmt::join(transparent_, "', '")));
+          fmt::format("blending by alpha is not read: opaque here: '{}'", fmt::join(transparent_, "', '")));
     if (!unread_images_.empty())
       mesh_.warnings.push_back(fmt::format(
           "{} images of textures cannot be read (the first: {}): reflectance and emission without them",
@@ -348,9 +349,15 @@ class GltfReader {
                       source.extension("KHR_materials_emissive_strength").number("emissiveStrength", 1);
     if ((result.emission != 0).any()) result.emission *= texture(source, "emissiveTexture");
     if (source.flag("doubleSided")) result.sides = Sides::both;
-    if (source.object("extensions").has("KHR_materials_transmission") ||
-        (colour[3] < 1 && source.text("alphaMode", "OPAQUE") == "BLEND"))
-      transparent_.push_back(result.name);
+    const double transmitted = source.extension("KHR_materials_transmission").number("transmissionFactor", 0);
+    if (transmitted < 0 || transmitted > 1)
+      source.fail(fmt::format("'transmissionFactor' is {}, which is outside [0, 1]", transmitted));
+    if (transmitted > 0) {  // in the place of diffuse light, in the same colour
+      result.transmission = transmitted * result.reflectance;
+      result.reflectance *= 1 - transmitted;
+      result.refractive_index = source.extension("KHR_materials_ior").number("ior", 1.5);
+    }
+    if (colour[3] < 1 && source.text("alphaMode", "OPAQUE") == "BLEND") transparent_.push_back(result.name);
     return result;
   }
 

@@ -63,7 +63,9 @@ std::string_view texture_name(std::string_view arguments) {
 }
 
 struct Finish {
-  std::optional<BandValues> kd, ke;
+  std::optional<BandValues> kd, ke, ks, tf;
+  std::optional<double> ns, ni, d, tr;
+  std::optional<std::int64_t> illum;
   std::optional<fs::path> kd_texture;
 };
 
@@ -88,6 +90,8 @@ class ObjReader {
   void resolve_faces();
   MeshMaterial material(const std::string& name, Index first_face);
   BandValues reflectance(const std::string& name, const Finish& finish);
+  static void finish_specular(const Finish& finish, MeshMaterial& material);
+  static double number(const TextLines& lines, double least, double most);
   void warn();
 
   fs::path file_;
@@ -224,12 +228,36 @@ BandValues ObjReader::colour(const TextLines& lines) const {
   return rgb;
 }
 
+double ObjReader::number(const TextLines& lines, double least, double most) {
+  const auto& words = lines.words();
+  // "d -halo 0.5" thins out towards the edges of a thing; what is in the middle is taken.
+  const auto value = words.size() > 1 ? finite_number(words.back()) : std::nullopt;
+  if (!value || *value < least || *value > most)
+    throw InputError(fmt::format("{}: '{}' must be followed by a number {}", lines.here(),
+                                 shown(lines.text()), most > 1 ? "that is at least 0" : "from 0 to 1"));
+  return *value;
+}
+
 bool ObjReader::read_finish(const TextLines& lines, Finish& finish) {
   const auto keyword = lines.words().front();
   if (keyword == "Kd")
     finish.kd = colour(lines);
   else if (keyword == "Ke")
     finish.ke = colour(lines);
+  else if (keyword == "Ks")
+    finish.ks = colour(lines);
+  else if (keyword == "Tf")
+    finish.tf = colour(lines);
+  else if (keyword == "Ns")
+    finish.ns = number(lines, 0, std::numeric_limits<double>::max());
+  else if (keyword == "Ni")
+    finish.ni = number(lines, 0, std::numeric_limits<double>::max());
+  else if (keyword == "d")
+    finish.d = number(lines, 0, 1);
+  else if (keyword == "Tr")
+    finish.tr = number(lines, 0, 1);
+  else if (keyword == "illum")
+    finish.illum = lines.words().size() > 1 ? whole_number(lines.words()[1]) : std::nullopt;
   else if (keyword == "map_Kd")
     finish.kd_texture = named_file(lines.file(), texture_name(after_first_word(lines.text())));
   else
@@ -267,9 +295,31 @@ MeshMaterial ObjReader::material(const std::string& name, Index first_face) {
           fmt::join(missing_libraries_, "; "));
     return result;
   }
-  result.reflectance = reflectance(name, found->second);
-  if (found->second.ke) result.emission = *found->second.ke;
+  const Finish& finish = found->second;
+  result.reflectance = reflectance(name, finish);
+  if (finish.ke) result.emission = *finish.ke;
+  finish_specular(finish, result);
   return result;
+}
+
+/// A dissolve leaves the share d of the surface as it is; through the rest light goes, coloured by Tf, which alone makes glass of the
+/// models of illumination that refract (4, 6, 7 and 9). Models 0 and 1 have no gloss; from 3 on, mirrors need no exponent.
+void ObjReader::finish_specular(const Finish& finish, MeshMaterial& material) {
+  const std::int64_t model = finish.illum.value_or(2);
+  const bool glass = model == 4 || model == 6 || model == 7 || model == 9;
+  const BandValues filter = finish.tf.value_or(BandValues::Ones(1));
+  const double dissolve = finish.d.value_or(1 - finish.tr.value_or(0));  // some mean d by Tr, but say d, too
+  if (dissolve < 1) {
+    material.reflectance *= dissolve;
+    material.transmission = (1 - dissolve) * filter;
+  } else if (glass && finish.tf) {
+    material.transmission = filter;
+  }
+  if (finish.ks && model >= 2) {
+    material.specular = *finish.ks;
+    if (finish.ns || model < 3) material.shininess = finish.ns.value_or(0);
+  }
+  material.refractive_index = finish.ni && *finish.ni > 0 ? *finish.ni : 1;
 }
 
 void ObjReader::resolve_faces() {

@@ -57,8 +57,11 @@ class SceneBuilder {
     for (Vec3& x : mesh_.geometry.vertices) x *= settings_.metres_per_unit;
     if (settings_.flip) flip();
     for (const MeshMaterial& material : mesh_.materials) mesh_.geometry.materials.push_back(finish(material));
+    warn_of_reduced();
     return share_power(make_scene());
   }
+
+  std::vector<std::string>& warnings() { return mesh_.warnings; }
 
  private:
   const MaterialSetting* setting(const std::string& name) const {
@@ -131,6 +134,8 @@ class SceneBuilder {
         add("power", &*own->power, {});
       else
         add("emission", own && own->emission ? &*own->emission : nullptr, material.emission);
+      add("specular", own && own->specular ? &*own->specular : nullptr, material.specular);
+      add("transmission", own && own->transmission ? &*own->transmission : nullptr, material.transmission);
     }
   }
 
@@ -138,7 +143,28 @@ class SceneBuilder {
     return values.size() == 1 ? BandValues::Constant(bands_.count(), values[0]) : values;
   }
 
-  Material finish(const MeshMaterial& source) const {
+  /// Mirrors and glass. What the scene file says is taken as it is; of the mesh, as much as the reflectance (and the transmission)
+  /// leaves: many files give every material a gloss by habit, and its diffuse light can be solved all the same.
+  void finish_specular(const MeshMaterial& source, const MaterialSetting* own, Material& material) {
+    material.shininess = own && own->shininess ? *own->shininess : source.shininess;
+    material.refractive_index =
+        own && own->refractive_index ? *own->refractive_index : source.refractive_index;
+    BandValues left = 1 - material.reflectance;
+    const auto take = [&](const std::optional<BandSetting>* set, const BandValues& from_mesh,
+                          BandValues& to) {
+      const BandValues values = spread(set && *set ? (*set)->values : from_mesh);
+      if ((values == 0).all()) return;
+      to = set && *set ? values : BandValues(values.min(left));
+      if ((to != values).any() && (reduced_.empty() || reduced_.back() != material.name))
+        reduced_.push_back(material.name);
+      if ((to == 0).all()) to = {};
+      if (to.size() > 0) left = (left - to).max(0);
+    };
+    take(own ? &own->transmission : nullptr, source.transmission, material.transmission);
+    take(own ? &own->specular : nullptr, source.specular, material.specular);
+  }
+
+  Material finish(const MeshMaterial& source) {
     const MaterialSetting* const own = setting(source.name);
     Material material;
     material.name = source.name;
@@ -159,7 +185,24 @@ class SceneBuilder {
     material.sides = own && own->sides ? *own->sides : settings_.sides.value_or(source.sides);
     // The back of a lamp glows only if somebody says so.
     if (material.sides == Sides::automatic && (material.emission > 0).any()) material.sides = Sides::front;
+    finish_specular(source, own, material);
+    if (own && (own->specular || own->transmission)) {
+      const int line = own->specular ? own->specular->line : own->transmission->line;
+      try {
+        validate(material);
+      } catch (const InputError& error) {
+        throw InputError(fmt::format("{}:{}: {}", file_.string(), line, error.what()));
+      }
+    }
     return material;
+  }
+
+  void warn_of_reduced() {
+    if (!reduced_.empty())
+      mesh_.warnings.push_back(fmt::format(
+          "{}: what the mesh says of mirrors and glass would give back more light than arrives beside "
+          "the reflectance, which stays as it is: they are reduced to what it leaves",
+          name_some(reduced_)));
   }
 
   Scene make_scene() {
@@ -194,6 +237,7 @@ class SceneBuilder {
   MissingMaterials missing_;
   std::map<std::string, const MaterialSetting*> served_;  ///< by material of the mesh
   BandCount bands_;
+  std::vector<std::string> reduced_;  ///< materials of which not all is kept that is not diffuse
 };
 
 std::vector<LightingSetup> lighting_setups(const fs::path& file,
@@ -295,8 +339,9 @@ LoadedScene read_scene(const fs::path& file, MissingMaterials missing) {
   const fs::path mesh_file = scene_file.mesh;
   const double metres_per_unit = scene_file.metres_per_unit;
   const std::map<std::string, SetupSetting> setup_settings = scene_file.setups;
-  std::vector<std::string> warnings = std::move(mesh.warnings);
-  Scene scene = SceneBuilder(file, std::move(scene_file), std::move(mesh), missing).build();
+  SceneBuilder builder(file, std::move(scene_file), std::move(mesh), missing);
+  Scene scene = builder.build();
+  std::vector<std::string> warnings = std::move(builder.warnings());
   if (std::string doubt = doubt_size(scene, metres_per_unit); !doubt.empty())
     warnings.push_back(std::move(doubt));
   if (const auto white = white_materials(scene); !white.empty())

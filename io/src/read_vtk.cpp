@@ -24,7 +24,8 @@ class CellMaterials {
         emission_(band_array(data.GetCellData(), "emission")),
         material_(band_array(data.GetCellData(), "material")),
         names_(strings(data.GetFieldData(), "material_names")),
-        file_(file) {
+        file_(file),
+        data_(data) {
     if (reflectance_ && emission_ && reflectance_->cols() != emission_->cols())
       throw InputError(fmt::format(
           "{}: cell array 'reflectance' has {} components, but 'emission' has {}; both need one per band",
@@ -41,6 +42,7 @@ class CellMaterials {
         throw InputError(fmt::format("{}: cell {}: material {} is not a number from 0 to {} (material_names)",
                                      file_.string(), cell, index, names_.size() - 1));
       name = names_[static_cast<std::size_t>(index)];
+      read_specular(data_.GetFieldData(), static_cast<std::size_t>(index), material);
       key = fmt::format("{}|", index);
       if (!reflectance_ && !emission_)
         material.undefined = fmt::format(
@@ -74,6 +76,7 @@ class CellMaterials {
   std::optional<BandArray> reflectance_, emission_, material_;
   std::vector<std::string> names_;
   std::filesystem::path file_;
+  vtkDataSet& data_;
   MaterialNumbers numbers_;
   std::map<std::string, int> copies_;
 };

@@ -11,6 +11,7 @@
 #include <limits>
 
 #include "radiosity/io/nearest_name.hpp"
+#include "radiosity/io/refractive_index.hpp"
 #include "radiosity/meshing/error.hpp"
 
 namespace radiosity {
@@ -182,8 +183,24 @@ std::optional<Sides> read_sides(const Section& section, const std::string& owner
                fmt::format("{}sides = \"{}\" must be \"front\", \"both\" or \"auto\"", owner, *sides));
 }
 
+/// A number, or a name of the table.
+std::optional<double> read_refractive_index(const Section& section, const std::string& owner) {
+  const toml::node* const node = section.find("refractive_index");
+  if (node == nullptr || !node->is_string()) return section.number("refractive_index", kPositive, positive);
+  const std::string& name = node->as_string()->get();
+  if (const auto value = refractive_index(name)) return value;
+  std::vector<std::string> known;
+  for (const RefractiveIndex& entry : refractive_indices()) known.emplace_back(entry.name);
+  const auto nearest = nearest_name(name, known);
+  section.fail(line_of(*node),
+               fmt::format("{}: no refractive index is known by the name '{}'; {}", owner, name,
+                           nearest ? fmt::format("the nearest known is '{}'", *nearest)
+                                   : "give a number, such as 1.5"));
+}
+
 MaterialSetting read_material(const Section& section, const std::string& name) {
-  section.allow_only({"reflectance", "absorptance", "emission", "power", "sides"});
+  section.allow_only({"reflectance", "absorptance", "emission", "power", "sides", "specular", "shininess",
+                      "transmission", "refractive_index"});
   const std::string owner = fmt::format("material '{}'", name);
   const auto not_negative = [](double value) { return value >= 0 && std::isfinite(value); };
   MaterialSetting material;
@@ -200,6 +217,11 @@ MaterialSetting read_material(const Section& section, const std::string& name) {
     section.fail(std::max(material.emission->line, material.power->line),
                  fmt::format("{}: emission (W/m²) and power (W) exclude each other", owner));
   material.sides = read_sides(section, owner + ": ");
+  material.specular = section.bands("specular", owner, "outside [0, 1]", share);
+  material.transmission = section.bands("transmission", owner, "outside [0, 1]", share);
+  material.shininess =
+      section.number("shininess", "at least 0 and finite (left out, it is a mirror)", not_negative);
+  material.refractive_index = read_refractive_index(section, owner);
   return material;
 }
 
@@ -239,13 +261,14 @@ ElementOptions read_element_size(const Section& section) {
   return ElementSize{*section.number("size", kPositive, positive)};
 }
 
+const std::vector<std::string> kCameraKeys{"position", "target", "up", "vertical_fov_deg"};
+
 Camera read_camera(const Section& section) {
-  section.allow_only({"position", "target", "up", "vertical_fov_deg"});
   Camera camera;
   for (const auto& [key, field] :
        {std::pair{"position", &camera.position}, std::pair{"target", &camera.target}}) {
     const auto value = section.vector(key);
-    if (!value) section.fail(section.line(), fmt::format("[camera] needs the key '{}'", key));
+    if (!value) section.fail(section.line(), section.name(fmt::format("needs the key '{}'", key)));
     *field = *value;
   }
   if (const auto up = section.vector("up")) camera.up = *up;
@@ -253,6 +276,22 @@ Camera read_camera(const Section& section) {
                                         [](double value) { return value > 0 && value < 180; }))
     camera.vertical_fov_deg = *angle;
   return camera;
+}
+
+/// [camera], and [camera.NAME]
+void read_cameras(const Section& section, SceneSettings& settings) {
+  bool own = false;
+  for (const auto& [key, node] : section.table()) {
+    const std::string name(key.str());
+    const bool known = std::find(kCameraKeys.begin(), kCameraKeys.end(), name) != kCameraKeys.end();
+    own = own || known;
+    if (known) continue;
+    if (!node.is_table()) section.fail_unknown(key, kCameraKeys);
+    const Section named = *section.section(name, "camera." + name);
+    named.allow_only(kCameraKeys);
+    settings.cameras[name] = read_camera(named);
+  }
+  if (own || settings.cameras.empty()) settings.camera = read_camera(section);
 }
 
 double read_unit(const Section& top) {
@@ -355,7 +394,7 @@ SceneFile read_scene_file(const std::filesystem::path& file) {
         solver->number("relaxation", "between 0 and 2", [](double value) { return value > 0 && value < 2; });
     settings.ambient = solver->boolean("ambient");
   }
-  if (const auto camera = top.section("camera", "camera")) settings.camera = read_camera(*camera);
+  if (const auto camera = top.section("camera", "camera")) read_cameras(*camera, settings);
   return scene;
 }
 

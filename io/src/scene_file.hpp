@@ -26,6 +26,8 @@ struct MaterialSetting {
   std::optional<BandSetting> reflectance, absorptance;  ///< at most one of the two
   std::optional<BandSetting> emission, power;           ///< the same; power in W, over the material's area
   std::optional<Sides> sides;
+  std::optional<BandSetting> specular, transmission;
+  std::optional<double> shininess, refractive_index;
 };
 
 /// [setup.NAME]: a factor on the emission of each material that is named, or fits a pattern

@@ -130,6 +130,26 @@ void require_shape(const BandArray& values, Index rows, Index bands, const char*
                                  values.rows(), values.cols(), rows, bands));
 }
 
+/// Nothing where all materials are diffuse.
+void add_specular(vtkFieldData* data, const PatchMesh& mesh) {
+  const auto& materials = mesh.materials();
+  const auto count = static_cast<Eigen::Index>(materials.size());
+  BandArray mirrored(count, mesh.bands()), transmitted(count, mesh.bands()), shininess(count, 1),
+      index(count, 1);
+  for (Eigen::Index m = 0; m < count; ++m) {
+    const Material& material = materials[m];
+    mirrored.row(m) = specular(material).transpose();
+    transmitted.row(m) = transmission(material).transpose();
+    shininess(m, 0) = material.shininess;
+    index(m, 0) = material.refractive_index;
+  }
+  if ((mirrored == 0).all() && (transmitted == 0).all()) return;
+  add_doubles(data, "material_specular", mirrored, "1");
+  add_doubles(data, "material_transmission", transmitted, "1");
+  add_doubles(data, "material_shininess", shininess, "1");
+  add_doubles(data, "material_refractive_index", index, "1");
+}
+
 /// Reads the arrays of one file, naming it in every complaint.
 class SolutionReader {
  public:
@@ -161,8 +181,10 @@ class SolutionReader {
         arrays.corners.push_back(static_cast<Index>(ids->GetId(k)));
       arrays.patch_start.push_back(static_cast<Index>(arrays.corners.size()));
     }
-    for (const auto& name : names)  // those that no patch uses stay black
+    for (const auto& name : names) {  // those that no patch uses stay black
       arrays.materials.push_back({name, BandValues::Zero(bands), BandValues::Zero(bands)});
+      read_specular(data_.GetFieldData(), arrays.materials.size() - 1, arrays.materials.back());
+    }
     const BandArray reflectance = cells("reflectance"), emission = cells("emission");
     if (reflectance.cols() != bands || emission.cols() != bands)
       fail("has different numbers of bands in radiosity, reflectance and emission");
@@ -219,6 +241,7 @@ void write_solution(const fs::path& file, const PatchMesh& mesh, const Solution&
   require_shape(solution.vertex_radiosity, mesh.vertex_count(), mesh.bands(), "vertex radiosity");
   const auto data = geometry(mesh);
   auto* const cells = data->GetCellData();
+  add_specular(data->GetFieldData(), mesh);
   add_doubles(cells, "radiosity", solution.radiosity, kRadiosityUnits);
   add_doubles(cells, "irradiance", solution.irradiance, kRadiosityUnits);
   add_doubles(cells, "emission", mesh.emission(), kRadiosityUnits);

@@ -39,4 +39,18 @@ std::optional<BandArray> band_array(vtkFieldData* data, const char* name);
 /// The values of a string array; empty when there is none.
 std::vector<std::string> strings(vtkFieldData* data, const char* name);
 
+/// Mirrors and glass of a material, which solved files have as field data, a row for each material. What is not there stays as it is.
+template <class Finish>  // Material or MeshMaterial
+void read_specular(vtkFieldData* data, std::size_t material, Finish& finish) {
+  const auto row = [&](const char* name) -> std::optional<BandValues> {
+    const auto values = band_array(data, name);
+    if (!values || static_cast<std::size_t>(values->rows()) <= material) return {};
+    return BandValues(values->row(static_cast<Eigen::Index>(material)).transpose());
+  };
+  if (const auto values = row("material_specular")) finish.specular = *values;
+  if (const auto values = row("material_transmission")) finish.transmission = *values;
+  if (const auto values = row("material_shininess")) finish.shininess = (*values)[0];
+  if (const auto values = row("material_refractive_index")) finish.refractive_index = (*values)[0];
+}
+
 }  // namespace radiosity

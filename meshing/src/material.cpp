@@ -4,13 +4,31 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <utility>
 
 #include "radiosity/meshing/error.hpp"
+#include "radiosity/meshing/tolerances.hpp"
 
 namespace radiosity {
 
 BandValues absorptance(const Material& material) {
   return material.absorptance.size() > 0 ? material.absorptance : BandValues(1 - material.reflectance);
+}
+
+namespace {
+
+BandValues or_zeros(const BandValues& values, const Material& material) {
+  return values.size() > 0 ? values : BandValues(BandValues::Zero(material.reflectance.size()));
+}
+
+}  // namespace
+
+BandValues specular(const Material& material) {
+  return or_zeros(material.specular, material);
+}
+
+BandValues transmission(const Material& material) {
+  return or_zeros(material.transmission, material);
 }
 
 void validate(const Material& material) {
@@ -39,6 +57,29 @@ void validate(const Material& material) {
       throw InputError(fmt::format("material '{}', band {}: emission {} W{} is not finite and at least 0",
                                    material.name, b, emission, material.emits_power ? "" : "/m²"));
   }
+  for (const auto& [word, values] :
+       {std::pair{"specular", &material.specular}, std::pair{"transmission", &material.transmission}}) {
+    if (values->size() > 0 && values->size() != bands)
+      throw InputError(fmt::format("material '{}': {} has {} bands but reflectance has {}", material.name,
+                                   word, values->size(), bands));
+    for (Eigen::Index b = 0; b < values->size(); ++b)
+      if (!((*values)[b] >= 0 && (*values)[b] <= 1))
+        throw InputError(fmt::format("material '{}', band {}: {} {} is outside [0, 1]", material.name, b,
+                                     word, (*values)[b]));
+  }
+  const BandValues ks = specular(material), kt = transmission(material);
+  for (Eigen::Index b = 0; b < bands; ++b)
+    if (const double sum = material.reflectance[b] + ks[b] + kt[b]; sum > 1 + tolerance::kShares)
+      throw InputError(fmt::format(
+          "material '{}', band {}: reflectance {} + specular {} + transmission {} is {}, above 1: no surface "
+          "gives back more light than arrives",
+          material.name, b, material.reflectance[b], ks[b], kt[b], sum));
+  if (!(material.shininess >= 0))
+    throw InputError(
+        fmt::format("material '{}': shininess {} is not at least 0", material.name, material.shininess));
+  if (!(material.refractive_index > 0 && std::isfinite(material.refractive_index)))
+    throw InputError(fmt::format("material '{}': refractive index {} is not positive and finite",
+                                 material.name, material.refractive_index));
 }
 
 }  // namespace radiosity

@@ -55,7 +55,7 @@ std::vector<Light> lights_of_emitters(const PatchMesh& mesh) {
   const auto facets =
       mesh.facets() ? mesh.facets() : std::make_shared<const std::vector<Facet>>(radiosity::facets(mesh));
   for (const Facet& facet : *facets) {
-    Light light{.kind = LightKind::spot, .intensity = BandValues::Zero(mesh.bands())};
+    Light light{.kind = LightKind::spot, .intensity = BandValues::Zero(mesh.bands()), .surface = true};
     double area = 0, power = 0;
     for (const Index i : facet.patches) {
       const BandValues w = mesh.area(i) * mesh.material_of(i).emission;

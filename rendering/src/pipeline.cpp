@@ -15,15 +15,19 @@
 namespace radiosity {
 namespace {
 
-constexpr std::array<PipelineInfo, 4> kPipelines{{
+constexpr std::array<PipelineInfo, 6> kPipelines{{
     {"radiosity", "visible surfaces, vertex radiosities interpolated, no lighting step", "Goral1984", true,
-     false, make_second_pass},
+     false, false, make_second_pass},
     {"gouraud", "z-buffer, local lighting of the vertices, interpolated; no shadows",
-     "Gouraud1971, Catmull1974", false, false, make_gouraud},
+     "Gouraud1971, Catmull1974", false, false, false, make_gouraud},
     {"phong", "z-buffer, local lighting of each sample by interpolated normals; no shadows",
-     "Phong1975, Catmull1974", false, false, make_phong},
+     "Phong1975, Catmull1974", false, false, false, make_phong},
     {"priority", "binary space partition, drawn back to front, lighting as phong; no shadows",
-     "Fuchs1980, Phong1975", false, false, make_priority},
+     "Fuchs1980, Phong1975", false, false, false, make_priority},
+    {"ray-tracing", "mirrors and glass by recursive rays, over a solution or lights without extent",
+     "Whitted1980", false, false, true, make_ray_tracing},
+    {"path-tracing", "the rendering equation by random paths: the reference for all others", "Kajiya1986",
+     false, true, false, make_path_tracing},
 }};
 
 /// Places of a pixel's samples: in each of the n columns and n rows that it is divided into there is one, in its middle, so that edges
@@ -113,6 +117,8 @@ LinearImage Pipeline::draw(const Camera& camera, const DrawOptions& options) con
 std::unique_ptr<Pipeline> PipelineInfo::make(ViewScene scene, const PipelineOptions& options) const {
   if (solved && !scene.vertex_radiosity)
     throw InputError(fmt::format("the pipeline '{}' shows a solution, and there is none", name));
+  if (options.depth < 1)
+    throw InputError(fmt::format("depth {}: rays must be followed to at least 1 surface", options.depth));
   return factory(std::move(scene), options);
 }
 

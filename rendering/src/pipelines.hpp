@@ -8,8 +8,10 @@
 namespace radiosity {
 
 std::unique_ptr<Pipeline> make_gouraud(ViewScene, const PipelineOptions&);
+std::unique_ptr<Pipeline> make_path_tracing(ViewScene, const PipelineOptions&);
 std::unique_ptr<Pipeline> make_phong(ViewScene, const PipelineOptions&);
 std::unique_ptr<Pipeline> make_priority(ViewScene, const PipelineOptions&);
+std::unique_ptr<Pipeline> make_ray_tracing(ViewScene, const PipelineOptions&);
 std::unique_ptr<Pipeline> make_second_pass(ViewScene, const PipelineOptions&);
 
 }  // namespace radiosity

@@ -24,6 +24,24 @@ AssemblyOptions assembly_options(const SceneToSolve& task, SolveStage stage) {
   return assembly;
 }
 
+/// What the scene has of mirrors and glass: a sentence, empty where there is none.
+std::string not_diffuse(const Scene& scene) {
+  std::string names;
+  double area = 0, all = 0;
+  for (Index m = 0; m < static_cast<Index>(scene.materials().size()); ++m) {
+    const Material& material = scene.materials()[m];
+    const double own = scene.material_area(m);
+    all += own;
+    if (!(own > 0) || ((specular(material) == 0).all() && (transmission(material) == 0).all())) continue;
+    area += own;
+    names += fmt::format("{}'{}'", names.empty() ? "" : ", ", material.name);
+  }
+  if (names.empty()) return {};
+  return fmt::format(
+      "mirrors and glass: {}, {:.2g} % of the area, reflect diffusely only; the rest counts as absorbed",
+      names, 100 * area / all);
+}
+
 /// Patches, their visibility, and the method that is to compute their form factors.
 class Prepared {
  public:
@@ -200,6 +218,9 @@ SolvedScene solve_once(const SceneToSolve& task, const SceneSettings& settings, 
   if (bands_left_out > 0)
     modelled.left_out.push_back(
         fmt::format("bands: all {} are equal in every material, so one was solved", task.scene.bands()));
+
+  if (std::string sentence = not_diffuse(task.scene); !sentence.empty())
+    modelled.left_out.push_back(std::move(sentence));
 
   const Scene scene = with_setups(grey, task.setups);
   Prepared prepared(task, scene, settings, where_few, std::move(modelled), grey.bands());

@@ -162,6 +162,98 @@ TEST_F(ViewCommand, TakesTheCameraOfASceneFileAndOfFlags) {
   EXPECT_FALSE(up == down);  // the lamp is above, the floor below
 }
 
+TEST_F(ViewCommand, ShowsMirrorsOfASolvedFileByRayTracing) {
+  write_cube();
+  write("mirror.toml",
+        read("cube.toml") + "[camera]\nposition = [0.5, 0.5, 0.5]\ntarget = [0.5, 0, 0.5]\nup = [0, 0, 1]\n");
+  std::string text = read("mirror.toml");
+  const std::string wall = "[materials.wall]\n";
+  text.replace(text.find(wall), wall.size(), wall + "specular = 0.5\n");
+  write("mirror.toml", text);
+  const Outcome solved =
+      run({"solve", "mirror.toml", "-o", "out.vtp", "--patch-size", "0.5", "--report", "out.json"});
+  EXPECT_THAT(solved.out, HasSubstr("left out       mirrors and glass: 'wall', 67 % of the area"));
+  EXPECT_THAT(json::parse(read("out.json")).at("modelled").at("left_out").dump(),
+              HasSubstr("mirrors and glass"));
+  const auto image = [&](std::vector<std::string> more) {
+    std::vector<std::string> arguments{"view",        "out.vtp", "-o", "a.hdr",    "--scene",
+                                       "mirror.toml", "--width", "8",  "--height", "8"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Outcome result = run(arguments);
+    EXPECT_EQ(result.status, 0) << result.err;
+    return read("a.hdr");
+  };
+  const std::string diffuse = image({}), mirrored = image({"--pipeline", "ray-tracing"});
+  EXPECT_FALSE(diffuse == mirrored);
+  EXPECT_TRUE(image({"--pipeline", "ray-tracing", "--depth", "1"}) == diffuse);
+}
+
+TEST_F(ViewCommand, TracesPathsOfASceneWithoutSolvingIt) {
+  write_cube();
+  const Outcome result = run({"view", "cube.toml", "-o", "a.exr", "--pipeline", "path-tracing", "--samples",
+                              "2", "--width", "16", "--height", "8", "--seed", "7"});
+  EXPECT_EQ(result.status, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("noise"));
+  EXPECT_THAT(result.out, ::testing::Not(HasSubstr("solver")));
+  EXPECT_THAT(read("a.exr"), ::testing::StartsWith("v/1\x01"));
+  EXPECT_THAT(read("a.exr"), HasSubstr("standard_error.band_0"));
+}
+
+TEST_F(ViewCommand, StopsWithWhatThereIs) {
+  write_cube();
+  const std::vector<std::string> slow{"view",       "cube.toml",    "-o",        "a.png",
+                                      "--pipeline", "path-tracing", "--samples", "1000000",
+                                      "--width",    "32",           "--height",  "32"};
+  const Outcome interrupted = run(slow, "image ");
+  EXPECT_EQ(interrupted.status, 3) << interrupted.err;
+  EXPECT_THAT(interrupted.out, HasSubstr("stopped"));
+  EXPECT_EQ(png_size(read("a.png")), std::pair(32U, 32U));
+  std::vector<std::string> limited = slow;
+  limited.insert(limited.end(), {"--time-limit", "0.01"});
+  EXPECT_EQ(run(limited).status, 3);
+  EXPECT_EQ(png_size(read("a.png")), std::pair(32U, 32U));
+}
+
+TEST_F(ViewCommand, TakesACameraByItsName) {
+  write_cube();
+  const std::string at = "position = [0.5, 0.5, 0.5]\nup = [0, 1, 0]\n";
+  write("cube.toml", read("cube.toml") + "[camera.above]\n" + at +
+                         "target = [0.5, 0.6, 1]\n[camera.below]\n" + at + "target = [0.5, 0.6, 0]\n");
+  ASSERT_EQ(run({"solve", "cube.toml", "-o", "out.vtp", "--patch-size", "0.5"}).status, 0);
+  const auto image = [&](std::vector<std::string> more) {
+    more.insert(more.begin(),
+                {"view", "out.vtp", "-o", "a.png", "--scene", "cube.toml", "--width", "8", "--height", "8"});
+    EXPECT_EQ(run(more).status, 0);
+    return read("a.png");
+  };
+  const std::string above = image({"--camera", "above"}), below = image({"--camera", "below"});
+  EXPECT_FALSE(above == below);
+  EXPECT_TRUE(image({}) == above);  // the first by name
+  expect_one_error(run({"view", "out.vtp", "-o", "a.png", "--scene", "cube.toml", "--camera", "belw"}), 1,
+                   "no [camera.belw]; did you mean 'below'?");
+}
+
+TEST_F(ViewCommand, WarnsWhereTheCameraSeesNoFront) {
+  write_cube();
+  ASSERT_EQ(run({"solve", "cube.toml", "-o", "out.vtp", "--patch-size", "0.5"}).status, 0);
+  const Outcome behind = run({"view", "out.vtp", "-o", "a.png", "--width", "8", "--height", "8", "--position",
+                              "0.5", "0.5", "-0.1", "--target", "0.5", "0.5", "1"});
+  EXPECT_EQ(behind.status, 0);
+  EXPECT_THAT(behind.out, HasSubstr("warning        the image is black"));
+}
+
+TEST_F(ViewCommand, RefusesWhatWouldHaveNoEffect) {
+  write_cube();
+  const auto view = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"view", "cube.toml", "-o", "a.png"});
+    return run(more);
+  };
+  expect_one_error(view({"--seed", "1"}), 2, "--seed has no effect with --pipeline radiosity; it belongs to");
+  expect_one_error(view({"--pipeline", "path-tracing", "--depth", "3"}), 2, "it belongs to ray-tracing");
+  expect_one_error(view({"--pipeline", "ray-traicng"}), 2, "did you mean 'ray-tracing'?");
+  expect_one_error(run({"view", "cube.toml", "-o", "a.tif"}), 1, ".png, .exr or .hdr");
+}
+
 TEST_F(ViewCommand, TakesAMeshWithoutRadiosityForAScene) {
   write("mesh.vtp", R"(<?xml version="1.0"?>
 <VTKFile type="PolyData" version="0.1" byte_order="LittleEndian">

@@ -473,6 +473,22 @@ TEST(ReadGltf, MaterialsOfOneNameAndOtherValuesAreNumbered) {
               ElementsAre(AllOf(HasSubstr("'Glas'"), HasSubstr("Glas_1"), HasSubstr("\"Glas*\""))));
 }
 
+TEST(ReadGltf, TransmissionTakesThePlaceOfDiffuseLight) {
+  Gltf gltf;
+  Json& extensions = gltf.json["materials"][0]["extensions"];
+  extensions["KHR_materials_transmission"]["transmissionFactor"] = 0.75;
+  const TemporaryDirectory directory;
+  const Material glass = read_scene(gltf.write(directory)).scene.materials()[0];
+  EXPECT_TRUE((glass.reflectance == rgb(0.0625, 0.125, 0.1875)).all());
+  EXPECT_TRUE((glass.transmission == rgb(0.1875, 0.375, 0.5625)).all());
+  EXPECT_EQ(glass.refractive_index, 1.5);
+  extensions["KHR_materials_ior"]["ior"] = 1.25;
+  EXPECT_EQ(read_scene(gltf.write(directory)).scene.materials()[0].refractive_index, 1.25);
+  extensions["KHR_materials_transmission"]["transmissionFactor"] = 1.25;
+  EXPECT_THAT(message_of<InputError>([&] { read_scene(gltf.write(directory)); }),
+              HasSubstr("'transmissionFactor' is 1.25"));
+}
+
 TEST(ReadGltf, TellsOfTransparencyAndPunctualLights) {
   Gltf gltf;
   gltf.json["materials"][0]["alphaMode"] = "BLEND";

@@ -78,6 +78,49 @@ TEST(ReadObj, OneNumberAfterKdStandsForAllBands) {
   EXPECT_TRUE((read_scene(file).scene.materials()[0].reflectance == rgb(0.4, 0.4, 0.4)).all());
 }
 
+/// The material that an MTL gives to a square, and what was odd.
+std::pair<Material, std::vector<std::string>> finish(const std::string& mtl) {
+  const TemporaryDirectory directory;
+  directory.write("a.mtl", "newmtl m\n" + mtl);
+  const auto file = directory.write("a.obj", "mtllib a.mtl\n" + kSquare + "usemtl m\nf 1 2 3 4\n");
+  const LoadedScene loaded = read_scene(file);
+  return {loaded.scene.materials()[0], loaded.warnings};
+}
+
+TEST(ReadObj, ReadsGlossMirrorsAndGlass) {
+  const auto [gloss, odd] = finish("Kd 0.4 0.4 0.4\nKs 0.1 0.2 0.3\nNs 50\n");
+  EXPECT_TRUE((gloss.specular == rgb(0.1, 0.2, 0.3)).all());
+  EXPECT_EQ(gloss.shininess, 50);
+  EXPECT_EQ(gloss.transmission.size(), 0);
+  EXPECT_TRUE(odd.empty());
+  EXPECT_TRUE(std::isinf(finish("Kd 0 0 0\nKs 1\nillum 3\n").first.shininess));  // a mirror
+  EXPECT_EQ(finish("Kd 0.4 0.4 0.4\nKs 0.5\nillum 1\n").first.specular.size(), 0);
+  for (const char* dissolve : {"d 0.25\n", "Tr 0.75\n", "Tr 0.25\nd 0.25\n"}) {
+    const Material pane = finish(std::string("Kd 0.4 0.4 0.8\nTf 1 0.8 0.6\nNi 1.5\n") + dissolve).first;
+    EXPECT_TRUE(pane.reflectance.isApprox(rgb(0.1, 0.1, 0.2))) << dissolve;
+    EXPECT_TRUE(pane.transmission.isApprox(rgb(0.75, 0.6, 0.45))) << dissolve;
+    EXPECT_EQ(pane.refractive_index, 1.5);
+  }
+  EXPECT_TRUE((finish("Kd 0 0 0\nTf 0.9\nillum 6\n").first.transmission == 0.9).all());
+  EXPECT_EQ(finish("Kd 0 0 0\nTf 0.9\nillum 2\n").first.transmission.size(), 0);
+}
+
+// The diffuse light of a room can be solved although its file gives every material Ks 0.5 by habit.
+TEST(ReadObj, GlossThatTheReflectanceLeavesNoRoomForIsReducedWithAWarning) {
+  const auto [material, odd] = finish("Kd 0.75 0.5 1\nKs 0.5\n");
+  EXPECT_TRUE((material.reflectance == rgb(0.75, 0.5, 1)).all());
+  EXPECT_TRUE((material.specular == rgb(0.25, 0.5, 0)).all());
+  EXPECT_THAT(odd,
+              testing::Contains(testing::AllOf(StartsWith("'m'"), HasSubstr("reduced to what it leaves"))));
+}
+
+TEST(ReadObj, RejectsATransparencyThatIsNone) {
+  EXPECT_THAT(obj_error("mtllib a.mtl\n" + kSquare + "usemtl m\nf 1 2 3 4\n", "newmtl m\nKd 0 0 0\nd 1.5\n"),
+              HasSubstr("a.mtl:3: 'd 1.5' must be followed by a number from 0 to 1"));
+  EXPECT_THAT(obj_error("mtllib a.mtl\n" + kSquare + "usemtl m\nf 1 2 3 4\n", "newmtl m\nKd 0 0 0\nNs x\n"),
+              HasSubstr("'Ns x' must be followed by a number that is at least 0"));
+}
+
 TEST(ReadObj, FacesBeforeAnyMaterialGetTheDefaultWithAWarning) {
   const TemporaryDirectory directory;
   directory.write("a.mtl", "newmtl lamp\nKd 0 0 0\nKe 1 1 1\n");

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "files.hpp"
 #include "radiosity/io/read_scene.hpp"
 #include "radiosity/meshing/make_patches.hpp"
@@ -49,6 +51,56 @@ TEST_F(SceneFileTest, WithOnlyAMeshKeepsWhatTheMeshSays) {
   EXPECT_FALSE(settings.patches || settings.method || settings.samples || settings.resolution ||
                settings.seed || settings.solver || settings.tolerance || settings.max_iterations ||
                settings.camera);
+}
+
+TEST_F(SceneFileTest, ReadsCamerasByName) {
+  const std::string door = "[camera.door]\nposition = [1, 2, 3]\ntarget = [0, 0, 0]\nvertical_fov_deg = 50\n";
+  const SceneSettings only = read(door).settings;
+  EXPECT_FALSE(only.camera);
+  ASSERT_EQ(only.cameras.size(), 1U);
+  EXPECT_EQ(only.cameras.at("door").position, Vec3(1, 2, 3));
+  EXPECT_EQ(only.cameras.at("door").vertical_fov_deg, 50);
+  const SceneSettings both = read("[camera]\nposition = [7, 8, 9]\ntarget = [0, 0, 0]\n" + door).settings;
+  EXPECT_EQ(both.camera->position, Vec3(7, 8, 9));
+  EXPECT_EQ(both.cameras.size(), 1U);
+  EXPECT_THAT(error("[camera.door]\nposition = [1, 2, 3]\n"),
+              StartsWith("scene.toml:2: [camera.door] needs the key 'target'"));
+  EXPECT_THAT(error("[camera.door]\npositon = [1, 2, 3]\n"),
+              AllOf(StartsWith("scene.toml:3"), HasSubstr("[camera.door]"), HasSubstr("'position'")));
+}
+
+TEST_F(SceneFileTest, ReadsMirrorsAndGlass) {
+  const Scene scene = read(R"([materials.floor]
+specular = [0.5, 0.25, 0]
+shininess = 20
+[materials.lamp]
+transmission = 0.75
+refractive_index = "Crown  GLASS"
+)")
+                          .scene;
+  const Material &floor = scene.materials()[0], &lamp = scene.materials()[1];
+  EXPECT_TRUE((floor.specular == rgb(0.5, 0.25, 0)).all());
+  EXPECT_EQ(floor.shininess, 20);
+  EXPECT_TRUE((lamp.transmission == rgb(0.75, 0.75, 0.75)).all());
+  EXPECT_EQ(lamp.refractive_index, 1.52);
+  EXPECT_TRUE(std::isinf(lamp.shininess));
+  EXPECT_EQ(read("[materials.lamp]\nrefractive_index = 2.5\n").scene.materials()[1].refractive_index, 2.5);
+  EXPECT_EQ(read("[materials.lamp]\nrefractive_index = \"water\"\n").scene.materials()[1].refractive_index,
+            1.333);
+}
+
+TEST_F(SceneFileTest, RejectsWrongMirrorsAndGlass) {
+  EXPECT_THAT(
+      error("[materials.floor]\nspecular = 0.75\n"),
+      HasSubstr("material 'floor', band 0: reflectance 0.3 + specular 0.75 + transmission 0 is 1.05"));
+  EXPECT_THAT(error("[materials.floor]\ntransmission = [0.1, 1.5, 0]\n"),
+              AllOf(HasSubstr("scene.toml:3"), HasSubstr("transmission 1.5 in band 1 is outside [0, 1]")));
+  EXPECT_THAT(
+      error("[materials.floor]\nrefractive_index = -1.5\n"),
+      AllOf(HasSubstr("scene.toml:3"), HasSubstr("refractive_index = -1.5: must be positive and finite")));
+  EXPECT_THAT(error("[materials.floor]\nrefractive_index = \"diamont\"\n"),
+              AllOf(HasSubstr("scene.toml:3"), HasSubstr("'diamont'; the nearest known is 'diamond'")));
+  EXPECT_THAT(error("[materials.floor]\nshininess = -1\n"), HasSubstr("shininess = -1: must be at least 0"));
 }
 
 TEST_F(SceneFileTest, ReadsEveryKey) {

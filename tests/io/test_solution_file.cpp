@@ -16,6 +16,8 @@
 #include <vtkXMLPolyDataWriter.h>
 #include <vtkXMLUtilities.h>
 
+#include <cmath>
+
 #include "files.hpp"
 #include "radiosity/io/read_scene.hpp"
 #include "radiosity/io/solution_file.hpp"
@@ -203,6 +205,31 @@ TEST(ReadSolution, GivesBackEveryBit) {
   EXPECT_TRUE((solved.patch_radiosity == solution.radiosity).all());
   EXPECT_TRUE((solved.vertex_radiosity == solution.vertex_radiosity).all());
   EXPECT_EQ(solved.exposure, 1.0 / 3);
+}
+
+TEST(ReadSolution, KeepsMirrorsAndGlass) {
+  const TemporaryDirectory directory;
+  std::vector<Material> materials = three_patches().materials();
+  materials[1].specular = Eigen::Array2d(0.1, 0.3);
+  materials[1].shininess = 12.5;
+  materials[0].transmission = Eigen::Array2d(0.5, 1.0 / 3);
+  materials[0].refractive_index = 1.52;
+  const PatchMesh mesh = three_patches().with_materials(materials);
+  write_solution(directory / "out.vtp", mesh, made_up_solution(mesh), kProvenance, 1);
+  const std::vector<Material> solved = read_solution(directory / "out.vtp").mesh.materials();
+  const std::vector<Material> as_scene = read_scene(directory / "out.vtp").scene.materials();
+  for (const Material& glass : {solved[0], as_scene[1]}) {
+    EXPECT_EQ(glass.name, "lamp");
+    EXPECT_TRUE((specular(glass) == 0).all());
+    EXPECT_TRUE((glass.transmission == materials[0].transmission).all());
+    EXPECT_EQ(glass.refractive_index, 1.52);
+    EXPECT_TRUE(std::isinf(glass.shininess));
+  }
+  for (const Material& gloss : {solved[1], as_scene[0]}) {
+    EXPECT_TRUE((gloss.specular == materials[1].specular).all());
+    EXPECT_EQ(gloss.shininess, 12.5);
+    EXPECT_EQ(gloss.refractive_index, 1);
+  }
 }
 
 TEST(ReadSolution, WhatItWritesIsAlsoAScene) {

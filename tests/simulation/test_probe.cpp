@@ -7,7 +7,6 @@
 #include <numbers>
 
 #include "cases/closed_forms.hpp"
-#include "cases/path_tracer.hpp"
 #include "cases/scenes.hpp"
 #include "radiosity/formfactors/assemble.hpp"
 #include "radiosity/formfactors/threads.hpp"
@@ -257,18 +256,6 @@ TEST(Probe, StopsWhenAskedTo) {
   EXPECT_FALSE(measure(mesh, mesh.emission(), sensors, options).completed);
 }
 
-// Sphere, E = 1 and ρ = 0.5 everywhere: H = B = E/(1 − ρ) = 2. From a point of a sphere to another one, cosθ cosθ'/(π r²) is
-// the same for all of them, so that paths differ little.
-TEST(PathTracer, InAFurnaceFindsTheClosedForm) {
-  const PatchMesh mesh = MeshBuilder().sphere(Vec3::Zero(), 1, 3, Facing::inward).build();
-  const Visibility visibility(mesh);
-  for (const std::uint64_t seed : {1, 2}) {
-    const PathTraced h = path_traced(visibility, {mesh.centroid(7), mesh.normal(7)}, 7, 20'000, seed);
-    EXPECT_LT(h.standard_error[0], 0.02);
-    EXPECT_NEAR(h.irradiance[0], 2, 4 * h.standard_error[0]);
-  }
-}
-
 /// Means over the floor of the unit cube (cases R10) of something measured at places that are spread evenly.
 template <class F>
 std::pair<double, double> floor_mean(F&& f, int places) {
@@ -298,19 +285,7 @@ PatchMesh lit_cube(Index n) {
       .build();
 }
 
-TEST(PathTracer, InALitCubeFindsTheExactMean) {
-  const PatchMesh mesh = lit_cube(1);
-  const Visibility visibility(mesh);
-  std::uint64_t seed = 0;
-  const auto [mean, error] = floor_mean(
-      [&](const Sensor& sensor) { return path_traced(visibility, sensor, 0, 100, ++seed).irradiance[0]; },
-      2000);
-  EXPECT_LT(error, 0.006 * kFloorIrradiance);
-  EXPECT_NEAR(mean, kFloorIrradiance, 4 * error);
-}
-
-// At the same places, so that nothing of their spread is left: the difference is that of the methods.
-TEST(Probe, InALitCubeFindsWhatPathTracingFinds) {
+TEST(Probe, InALitCubeFindsTheExactMean) {
   const PatchMesh mesh = lit_cube(8);
   const Visibility visibility(mesh);
   const auto method = find_form_factor_method("analytic").make(visibility);

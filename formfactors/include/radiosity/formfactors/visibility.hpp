@@ -77,8 +77,10 @@ class Visibility {
     bool front = false;
     double distance = 0;  ///< in lengths of `direction`
   };
-  /// What a ray from anywhere, such as a camera, meets first.
-  Hit first_hit(const Vec3& origin, const Vec3& direction) const;
+  /// What a ray meets first that starts anywhere, such as at a camera, or on either side of patch `from`. Then it starts kSamePlane
+  /// above that side and passes through what lies in the plane, and through what shows its other side before it is clear of a curved
+  /// surface (kLeaving).
+  Hit first_hit(const Vec3& origin, const Vec3& direction, Index from = kNothing) const;
 
  private:
   struct Impl;

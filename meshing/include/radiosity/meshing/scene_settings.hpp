@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <variant>
@@ -31,6 +32,7 @@ struct SceneSettings {
   std::optional<double> relaxation = {};
   std::optional<bool> ambient = {};
   std::optional<Camera> camera = {};
+  std::map<std::string, Camera> cameras = {};  ///< others, by name
 };
 
 }  // namespace radiosity

@@ -117,4 +117,29 @@ inline constexpr double kNotLost = 1e-9;
 /// A form factor that is a difference of sums over some thousand edges is rounding below this.
 inline constexpr double kFactorRounding = 1e-12;
 
+/// Shares of light that add up to 1 as decimals may do so as doubles only up to this.
+inline constexpr double kShares = 1e-12;
+
+/// A ray that leaves one side of a curved surface at a point rounded to single precision may start behind its next facet: what it meets
+/// from the wrong side nearer than kLeaving, in units of the scaled scene, is the surface that it leaves.
+inline constexpr float kLeaving = 8 * kSamePlane;
+
+/// Where a ray nearly lies in a plane, within kGrazingCosine of it, the place where it meets the plane is no better known than what
+/// single precision told of its length.
+inline constexpr double kGrazingCosine = 1e-4;
+
+/// What ends within kAtEmitter · (scene diagonal) of a point of a lamp has reached it: rounding of single precision, twice.
+inline constexpr double kAtEmitter = 2 * static_cast<double>(kSamePlane);
+
+/// A mirrored ray stands for all of a lobe cosⁿ from this n on: half of the lobe is then within 7° of the mirror's direction. Of
+/// duller surfaces ray tracing shows the highlights of lights alone.
+inline constexpr double kMirrorLike = 100;
+
+/// A mirrored or refracted ray that would add less than this share of what it shows to a pixel is not followed: a tenth of a step of
+/// eight bits where it shows white, and light within glass that is mirrored on and on.
+inline constexpr double kLeastShare = 4e-4;
+
+/// A path that is not absorbed after so many surfaces never will be: the chance is below 10⁻³⁰⁰ where each absorbs 5 %.
+inline constexpr int kLongestPath = 1 << 14;
+
 }  // namespace radiosity::tolerance

@@ -24,6 +24,7 @@ struct Light {
   BandValues intensity = {};  ///< I ≥ 0, one per band
   std::array<double, 3> attenuation{0, 0, 1};  ///< c1, c2 (1/m), c3 (1/m²); not of directional lights
   double exponent = 1;                         ///< e ≥ 0 of spots
+  bool surface = false;  ///< it stands for an emitting surface of the scene, which mirrors show
 };
 
 /// Throws InputError naming light, value and rule, unless it has `bands` bands, 0 ≤ I < ∞, a direction of length 1 where it needs one,

@@ -50,8 +50,11 @@ struct SampleGrid {
 };
 
 struct PipelineOptions {
-  std::uint64_t seed = 1;  ///< of the random numbers, one stream per pixel and sample
-  int depth = 16;          ///< most surfaces that a ray is followed over
+  std::uint64_t seed = 1;  ///< of the random numbers of path tracing, one stream per pixel and sample
+  int depth = 16;          ///< of ray tracing: most surfaces that a ray is followed over, at least 1
+  /// Of ray tracing, as it was at first: f_att is at most 1, and what is mirrored or refracted is multiplied by min(1, 1/d), d in m to
+  /// what it shows. Radiance does not fall along a ray, so this is off by default.
+  bool classical_attenuation = false;
 };
 
 /// A way to make a picture. One object serves one scene, whatever the camera. Pipelines only look at points of the image plane: places
@@ -86,7 +89,8 @@ struct PipelineInfo {
   std::string_view summary;   ///< one line for --help
   std::string_view citation;  ///< keys of references.bib
   bool solved;                ///< draws a solution: the scene needs vertex_radiosity
-  bool random;                ///< its samples are random, so that their mean has a standard error
+  bool random;     ///< its samples are random: there is a seed, and their mean has a standard error
+  bool recursive;  ///< follows mirrored and refracted rays to PipelineOptions::depth
   std::unique_ptr<Pipeline> (*factory)(ViewScene scene, const PipelineOptions& options);
 
   /// Throws InputError where the scene is not valid or lacks the solution that is needed.
