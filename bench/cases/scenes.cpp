@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <map>
+#include <optional>
 
 namespace radiosity::test {
 
@@ -210,8 +211,9 @@ class SceneBuilder {
  public:
   explicit SceneBuilder(std::vector<Material> materials) { arrays_.materials = std::move(materials); }
 
-  /// A box turned about the vertical through its centre.
-  void box(const Vec3& lower, const Vec3& upper, Index material, Facing facing, double angle = 0) {
+  /// A box turned about the vertical through its centre. Its bottom may be of another material.
+  void box(const Vec3& lower, const Vec3& upper, Index material, Facing facing, double angle = 0,
+           std::optional<Index> bottom = {}) {
     const auto first = static_cast<Index>(arrays_.vertices.size());
     const Vec3 centre = (lower + upper) / 2;
     const Eigen::AngleAxisd turn(angle, Vec3::UnitZ());
@@ -223,10 +225,12 @@ class SceneBuilder {
     }
     const Index faces[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
                                {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
-    for (const auto& f : faces) {  // counter-clockwise from outside
+    for (std::size_t k = 0; k < 6; ++k) {
+      const auto& f = faces[k];  // counter-clockwise from outside
       const std::array<Index, 4> outward{first + f[0], first + f[1], first + f[2], first + f[3]};
       const std::array<Index, 4> flipped{first + f[3], first + f[2], first + f[1], first + f[0]};
-      arrays_.add_face(facing == Facing::inward ? flipped : outward, material);
+      arrays_.add_face(facing == Facing::inward ? flipped : outward,
+                       k == 4 ? bottom.value_or(material) : material);
     }
   }
 
@@ -311,6 +315,64 @@ Scene office_floor() {
       box({x + 3.1, 3.4, 0}, {x + 3.7, 4.6, 1.8}, 2);     // cupboard
       box({x + 1.5, 1.9, 2.85}, {x + 2.5, 2.5, 2.9}, 3);  // lamp
     }
+  }
+  return scene.build();
+}
+
+Scene office_building(int rooms) {
+  SceneBuilder scene({grey("walls", 0.7, 0), grey("floor", 0.3, 0), grey("furniture", 0.5, 0),
+                      grey("glass", 0.1, 0), grey("fittings", 0.8, 0), grey("lamp", 0.0, 100)});
+  enum : Index { walls, floors, furniture, glass, fittings, lamp };
+  constexpr double width = 4, depth = 5, height = 3, half_wall = 0.05, corridor = 2;
+  constexpr double far = 2 * depth + 4 * half_wall + corridor;
+  const int columns = (rooms + 1) / 2;
+  const double end = columns * width;
+  for (const double z : {0.0, height}) {
+    const std::array<Vec3, 4> up{{{0, 0, z}, {end, 0, z}, {end, far, z}, {0, far, z}}};
+    scene.quad(z == 0 ? up : std::array<Vec3, 4>{up[3], up[2], up[1], up[0]}, z == 0 ? floors : walls);
+  }
+  scene.quad({{{0, 0, 0}, {0, 0, height}, {end, 0, height}, {end, 0, 0}}}, walls);
+  scene.quad({{{0, far, 0}, {end, far, 0}, {end, far, height}, {0, far, height}}}, walls);
+  scene.quad({{{0, 0, 0}, {0, far, 0}, {0, far, height}, {0, 0, height}}}, walls);
+  scene.quad({{{end, 0, 0}, {end, 0, height}, {end, far, height}, {end, far, 0}}}, walls);
+  for (int room = 0; room < 2 * columns; ++room) {
+    const bool across = room % 2 == 1;
+    const double x = room / 2 * width;
+    // Measured from the outer wall; the rooms across are the mirror image.
+    const auto box = [&](const Vec3& lower, const Vec3& size, Index material,
+                         std::optional<Index> bottom = {}) {
+      const double y0 = across ? far - lower.y() - size.y() : lower.y();
+      scene.box({x + lower.x(), y0, lower.z()},
+                {x + lower.x() + size.x(), y0 + size.y(), lower.z() + size.z()}, material, Facing::outward, 0,
+                bottom);
+    };
+    const auto legs = [&](const Vec3& corner, const Vec3& size, double thick) {
+      for (const double dx : {0.02, size.x() - thick - 0.02})
+        for (const double dy : {0.02, size.y() - thick - 0.02})
+          box(corner + Vec3(dx, dy, 0), {thick, thick, size.z()}, furniture);
+    };
+    if (room >= 2) box({-half_wall, 0, 0}, {2 * half_wall, depth, height}, walls);
+    // To the corridor, with a door of 0.9 m by 2.1 m.
+    box({0, depth, 0}, {1.5, 2 * half_wall, height}, walls);
+    box({1.5, depth, 2.1}, {0.9, 2 * half_wall, height - 2.1}, walls);
+    box({2.4, depth, 0}, {1.6, 2 * half_wall, height}, walls);
+    box({0.8, 0, 0.9}, {2.4, 0.02, 1.4}, glass);
+    if (room >= rooms) continue;
+    for (const double y : {0.5, 2.6}) {
+      box({0.4, y, 0.7}, {1.6, 0.8, 0.04}, furniture);
+      legs({0.4, y, 0}, {1.6, 0.8, 0.7}, 0.05);
+      const double seat = y + 0.95;
+      box({0.95, seat, 0.42}, {0.45, 0.45, 0.04}, furniture);
+      legs({0.95, seat, 0}, {0.45, 0.45, 0.42}, 0.04);
+      box({0.95, seat + 0.41, 0.46}, {0.45, 0.04, 0.5}, furniture);
+    }
+    // A shelf that stands away from the wall by as much as its boards are thick.
+    for (const double y : {3.0, 4.18}) box({3.55, y, 0}, {0.35, 0.02, 1.9}, furniture);
+    for (int k = 0; k < 6; ++k) box({3.55, 3.02, 0.05 + 0.36 * k}, {0.35, 1.16, 0.02}, furniture);
+    for (const double lx : {0.9, 2.6})
+      for (const double y : {1.1, 3.2}) {
+        box({lx, y, 2.7}, {0.3, 1.2, 0.06}, fittings, lamp);
+      }
   }
   return scene.build();
 }

@@ -94,6 +94,10 @@ Scene two_furnished_rooms();
 /// a lamp of 0.6 m² in each; the corridor has no lamp.
 Scene office_floor();
 
+/// `rooms` offices of 4 × 5 × 3 m on either side of a corridor without lamps, closed. Each has a door, a window, two desks and two
+/// chairs on legs, a shelf of six boards, and four hanging luminaires of 0.36 m² that shine downwards.
+Scene office_building(int rooms);
+
 /// A cube of side 1, its ceiling the lamp, with a box [0.25, 0.75]³ in the middle.
 Scene cube_with_box();
 

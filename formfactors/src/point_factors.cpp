@@ -43,12 +43,8 @@ struct PointFactors::Impl {
   Vec3 centre;
   double diagonal;
   double step;  // off a surface, in double precision
-  struct Patch {
-    Vec3 centroid, normal;  // relative to the centre
-    double reach;
-    bool lamp;
-  };
-  std::vector<Patch> patches;
+  std::vector<Index> lamps;
+  std::vector<std::uint8_t> is_lamp;
   std::vector<Wall> walls;
   std::vector<PatchGroup> groups;
   std::optional<Occluders> occluders;  // absent where shadow rays are used
@@ -64,17 +60,11 @@ PointFactors::Impl::Impl(const Visibility& v, Index rays, std::uint64_t s)
            tolerance::kDegenerateHeight *
                std::max(v.mesh().lower().cwiseAbs().maxCoeff(), v.mesh().upper().cwiseAbs().maxCoeff())) {
   const PatchMesh& mesh = visibility.mesh();
-  std::size_t lamps = 0;
-  for (Index i = 0; i < mesh.patch_count(); ++i) {
-    double radius = 0;
-    for (const Index c : mesh.corners(i))
-      radius = std::max(radius, (mesh.vertex(c) - mesh.centroid(i)).norm());
-    const bool lamp = (mesh.material_of(i).emission > 0).any();
-    lamps += lamp ? 1 : 0;
-    patches.push_back({mesh.centroid(i) - centre, mesh.normal(i), kNear * radius, lamp});
-  }
-  if (lamps > kMostLamps)
-    for (Patch& patch : patches) patch.lamp = false;
+  for (Index i = 0; i < mesh.patch_count(); ++i)
+    if ((mesh.material_of(i).emission > 0).any()) lamps.push_back(i);
+  if (lamps.size() > kMostLamps) lamps.clear();
+  is_lamp.resize(mesh.patch_count(), 0);
+  for (const Index j : lamps) is_lamp[j] = 1;
   for (const Facet& facet : visibility.facets()) {
     for (const Facet::Piece& piece : facet.pieces) {
       Wall& wall = walls.emplace_back(Wall{piece.corners, piece.normal, {}});
@@ -128,8 +118,7 @@ Vec3 PointFactors::Impl::beside(const Vec3& x, const Vec3& n, double height) con
 void PointFactors::Impl::add_single(const Vec3& x, const Vec3& from, const Vec3& n, Index j,
                                     RandomStream& random, View& view) const {
   const PatchMesh& mesh = visibility.mesh();
-  const Patch& patch = patches[j];
-  if (patch.normal.dot(x - patch.centroid) <= 0 || visibility.covered(j)) return;
+  if (mesh.normal(j).dot(x - (mesh.centroid(j) - centre)) <= 0 || visibility.covered(j)) return;
   thread_local std::vector<Vec3> corners;
   corners.clear();
   for (const Index c : mesh.corners(j)) corners.push_back(mesh.vertex(c) - centre);
@@ -152,13 +141,10 @@ void PointFactors::Impl::add_single(const Vec3& x, const Vec3& from, const Vec3&
       single.factor = occluders->visible_point_factor(x, n, seen, whole, scratch);
       break;
     case Occluders::View::crowded:
-      if (!patch.lamp) return;  // the rays of the hemisphere see it as well
       single = by_rays(from, n, j, whole, random);
       break;
   }
-  // Hidden ones too: what a ray finds of them by rounding is counted once.
   view.singles.push_back(single);
-  view.stamps[j] = view.stamp;
 }
 
 // F(visible) = F(whole) − ∫ (1 − V) cosθ cosθ' / (π r²) dA, the integral by two points in each of 4 × 4 equal parts of the patch.
@@ -235,7 +221,7 @@ void PointFactors::Impl::cast(const Vec3& x, const Vec3& n, RandomStream& random
         const auto lane = static_cast<std::size_t>(k);
         Ray& ray = view.rays[2 * (16 * block + k) + replicate];
         ray.patch = packet.hit[lane];
-        ray.single = ray.patch >= 0 && view.stamps[ray.patch] == view.stamp;
+        ray.single = ray.patch >= 0 && is_lamp[ray.patch] != 0;
         if (ray.patch >= 0)
           ray.hit = x + centre + static_cast<double>(packet.distance[lane]) * metre * directions[lane];
       }
@@ -254,21 +240,12 @@ Index PointFactors::rays() const {
 
 void PointFactors::view(const Vec3& x, const Vec3& n, std::uint64_t stream, View& view) const {
   RandomStream random(impl_->seed, stream);
-  const std::size_t count = impl_->patches.size();
-  if (view.stamps.size() != count || ++view.stamp == 0) {
-    view.stamps.assign(count, 0);
-    view.stamp = 1;
-  }
   view.singles.clear();
   const Vec3 centred = x - impl_->centre;
   const Vec3 near = impl_->beside(centred, n, impl_->step);
   const Vec3 off = impl_->beside(centred, n, tolerance::kContact * impl_->diagonal);
   if (impl_->occluders) impl_->occluders->look_from(near, n, scratch);
-  for (std::size_t j = 0; j < count; ++j) {
-    const auto& patch = impl_->patches[j];
-    if (patch.lamp || (near - patch.centroid).squaredNorm() < patch.reach * patch.reach)
-      impl_->add_single(near, off, n, static_cast<Index>(j), random, view);
-  }
+  for (const Index j : impl_->lamps) impl_->add_single(near, off, n, j, random, view);
   impl_->cast(off, n, random, view);
 }
 

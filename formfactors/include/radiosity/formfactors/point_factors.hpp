@@ -30,31 +30,25 @@ class PointFactors {
   };
   struct Ray {
     Index patch;  ///< whose front is hit first, or kNothing, or kBack
-    bool single;  ///< the patch is one of `singles`
+    bool single;  ///< the patch is one that `singles` answers for
     Vec3 hit;     ///< m; where patch ≥ 0
   };
   struct View {
     std::vector<Single> singles;
     /// Rays 2s and 2s + 1 are independent and share stratum s of the hemisphere, one of rays()/2 of equal factor.
     std::vector<Ray> rays;
-    std::vector<std::uint32_t> stamps;  ///< memory that calls share
-    std::uint32_t stamp = 0;
   };
 
-  /// Singles are
-  ///   patches that emit (unless they are more than kMostLamps), which rays would find by chance only, and
-  ///   patches whose centroid is nearer than kNear of their radii. All patches would take the variance down by one to two orders,
-  ///   but each costs about 200 ns; these add at most a half to the time of 1152 rays.
+  /// Singles are the patches that emit, unless they are more than kMostLamps: rays would find them by chance only. Near patches among
+  /// them would cost more than rays that bring the variance down by as much.
   /// Lambert's formula [Lambert1760] for what is left of the patch when the horizon and the shadows of the walls are cut
-  /// away: exact. Where the scene has too many walls, or more than a few stand between, near patches are left to the rays, and
-  /// lamps take the formula for the whole patch less what stratified shadow rays find hidden: unbiased, with the variance that
-  /// pairs of rays in one stratum tell.
+  /// away: exact. Where the scene has too many walls, or more than a few stand between, the formula for the whole patch less what
+  /// stratified shadow rays find hidden: unbiased, with the variance that pairs of rays in one stratum tell.
   /// The stream of random numbers depends on the seed and `stream`.
   void view(const Vec3& x, const Vec3& n, std::uint64_t stream, View& view) const;
 
   Index rays() const;
   static constexpr std::size_t kMostLamps = 1024;
-  static constexpr double kNear = 8;
 
  private:
   struct Impl;

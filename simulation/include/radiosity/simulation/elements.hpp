@@ -34,7 +34,7 @@ struct Elements {
   double noise() const;
 };
 
-/// Final gather [Reichert1992]: the irradiance at each element's centroid by one more reflection, lamps and near patches by exact factors
+/// Final gather [Reichert1992]: the irradiance at each element's centroid by one more reflection, lamps by exact factors
 /// with exact shadows, the rest by rays that meet linearly reconstructed radiosities (see probe). An element of a covered patch
 /// receives nothing. Patches are cut alike within a smooth surface, so neighbours fit together; lamps are left whole: they look the
 /// same everywhere, and their pieces would be many lamps. Nothing where `progress` asked to stop. Throws InputError on a size that is not

@@ -32,7 +32,7 @@ struct ProbeResult {
 
 /// Irradiance from the radiosities of a solved mesh, gathered afresh at each sensor with visibility:
 ///   H = Σ_{j∈S} F(x→j) (B_j − B̂) + (1/K) Σ_k [B(y_k) − (B_j − B̂ if y_k is on a patch j∈S)]
-/// S: lamps and near patches, their factors exact (see PointFactors). K rays, cosine-distributed, two in each stratum of the
+/// S: the lamps, their factors exact (see PointFactors). K rays, cosine-distributed, two in each stratum of the
 /// hemisphere, meet the scene at y_k. What S gives is taken from what rays find there, so nothing counts twice and S takes the
 /// variance out of the sum; any B̂ leaves the mean as it is, and with the mean radiosity of the patches outside of S rays find no
 /// edge between what is in S and what is not. Inside a patch
