@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
+
 #include "local_lighting.hpp"
 #include "pipelines.hpp"
 #include "rasteriser.hpp"
@@ -13,24 +15,39 @@ class Gouraud final : public Pipeline {
   explicit Gouraud(ViewScene drawn)
       : Pipeline(std::move(drawn)),
         polygons_(triangles_of(mesh())),
-        intensity_(BandArray::Zero(mesh().vertex_count(), mesh().bands())) {
-    // Diffuse surfaces look the same from everywhere: once for all views.
-    const std::vector<Vec3> normals = vertex_normals(mesh());
-    tbb::parallel_for(Index{0}, mesh().vertex_count(), [&](Index v) {
-      // All patches round a vertex have one material, or they would not share it.
-      if (const auto patches = mesh().vertex_patches(v); !patches.empty())
-        local_lighting(scene(), patches[0], mesh().vertex(v), normals[v], intensity_.row(v));
+        normals_(vertex_normals(mesh())),
+        diffuse_(BandArray::Zero(mesh().vertex_count(), mesh().bands())),
+        highlights_(std::any_of(mesh().materials().begin(), mesh().materials().end(), has_highlights)) {
+    for_each_vertex([&](Index v, Index patch) {
+      light_diffusely(scene(), patch, mesh().vertex(v), normals_[v], diffuse_.row(v));
     });
   }
 
  private:
+  /// f(vertex, patch): all patches round a vertex have one material, or they would not share it.
+  template <class F>
+  void for_each_vertex(const F& f) const {
+    tbb::parallel_for(Index{0}, mesh().vertex_count(), [&](Index v) {
+      if (const auto patches = mesh().vertex_patches(v); !patches.empty()) f(v, patches[0]);
+    });
+  }
+
   void sample(const Pinhole& eye, const SampleGrid& grid, BandArray& values) const override {
-    rasterise(mesh(), polygons_, intensity_, {}, eye, grid,
+    BandArray shining;
+    if (highlights_) {
+      shining = diffuse_;
+      for_each_vertex([&](Index v, Index patch) {
+        add_highlights(scene(), patch, mesh().vertex(v), normals_[v], eye.position(), shining.row(v));
+      });
+    }
+    rasterise(mesh(), polygons_, highlights_ ? shining : diffuse_, {}, eye, grid,
               [&](Eigen::Index point, const Fragment& seen) { values.row(point) = seen.values.transpose(); });
   }
 
   Polygons polygons_;
-  BandArray intensity_;
+  std::vector<Vec3> normals_;
+  BandArray diffuse_;  // what the vertices show from everywhere
+  bool highlights_;    // there are others, which depend on the view
 };
 
 }  // namespace

@@ -13,9 +13,10 @@ class Priority final : public Pipeline {
 
  private:
   void sample(const Pinhole& eye, const SampleGrid& grid, BandArray& values) const override {
-    rasterise(
-        mesh(), tree_.polygons(), tree_.normals(), tree_.back_to_front(eye.position()), eye, grid,
-        [&](Eigen::Index point, const Fragment& seen) { local_lighting(scene(), seen, values.row(point)); });
+    rasterise(mesh(), tree_.polygons(), tree_.normals(), tree_.back_to_front(eye.position()), eye, grid,
+              [&](Eigen::Index point, const Fragment& seen) {
+                light(scene(), seen, eye.position(), values.row(point));
+              });
   }
 
   BspTree tree_;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace radiosity {
 namespace {
@@ -48,9 +49,6 @@ class View {
         {{{0, 0, 1}, nearest}, {{1, 0, wide}, 0}, {{-1, 0, wide}, 0}, {{0, 1, high}, 0}, {{0, -1, high}, 0}}};
   }
 
-  Vec3 direction(int column, int row) const {
-    return eye_.forward() + x[column] * eye_.right() + y[row] * eye_.up();
-  }
   double column_of(double at) const { return (at - x.front()) * columns_per_x_; }
   double row_of(double at) const { return (y.front() - at) * rows_per_y_; }
   int columns() const { return static_cast<int>(x.size()); }
@@ -64,9 +62,9 @@ class View {
 };
 
 struct ClipVertex {
-  Vec3 h;  ///< x, y, w
-  Vec3
-      line;  ///< of the edge to the next vertex: line·(x, y, 1) ≥ 0 inside; 0: a side of the image, where all samples are inside
+  Vec3 h;  ///< (x, y, w)
+  /// Of the edge to the next vertex: line·(x, y, 1) ≥ 0 inside; 0: a side of the image, where all samples are inside.
+  Vec3 line;
 };
 
 /// Polygons in view, with the values of their vertices one after the other.
@@ -192,6 +190,162 @@ void interpolate(const Face& face, double x, double y, Eigen::ArrayXd& values) {
     values += weights[1] / sum * (row(corner) - row(0)) + weights[2] / sum * (row(corner + 1) - row(0));
 }
 
+/// One call of `rasterise`, stage by stage.
+class Rasteriser {
+ public:
+  Rasteriser(const PatchMesh& mesh, const Polygons& polygons, const BandArray& values, const Pinhole& eye,
+             const SampleGrid& grid)
+      : mesh_(mesh),
+        polygons_(polygons),
+        values_(values),
+        eye_(eye),
+        view_(eye, grid),
+        h_(polygons.vertices.size()) {
+    tbb::parallel_for(std::size_t{0}, h_.size(),
+                      [&](std::size_t v) { h_[v] = view_.homogeneous(polygons.vertices[v]); });
+    double furthest = std::numeric_limits<double>::min();  // where all is behind the eye
+    for (const Vec3& v : h_) furthest = std::max(furthest, v.z());
+    volume_ = view_.volume(kEyePlane * furthest);
+  }
+
+  /// Faces of the polygons in view, in the order that is given, or in their own.
+  std::vector<Batch> faces(std::optional<std::span<const Index>> order) const {
+    const std::size_t count = order ? order->size() : polygons_.count();
+    constexpr std::size_t kBatch = 1024;
+    std::vector<Batch> batches((count + kBatch - 1) / kBatch);
+    tbb::parallel_for(std::size_t{0}, batches.size(), [&](std::size_t b) {
+      Batch& batch = batches[b];
+      Piece piece, clipped;
+      for (std::size_t k = b * kBatch; k < std::min(count, (b + 1) * kBatch); ++k)
+        add(order ? (*order)[k] : static_cast<Index>(k), batch, piece, clipped);
+      std::size_t start = 0;
+      for (Face& face : batch.faces) {
+        face.first = batch.drawn.vertices.data() + start;
+        face.values = batch.drawn.values.data() + start * values_.cols();
+        start += face.count;
+      }
+    });
+    return batches;
+  }
+
+  /// Scan conversion of rows [first, last): the face that is seen at each sample, null where there is none.
+  std::vector<const Face*> scan(const std::vector<Batch>& batches, bool by_depth, int first, int last) const {
+    const int columns = view_.columns();
+    std::vector<const Face*> seen(columns * (last - first), nullptr);
+    std::vector<double> nearest(by_depth ? seen.size() : 0, 0.0);
+    for (const Batch& batch : batches)
+      for (const Face& face : batch.faces)
+        for (int row = std::max(first, face.top); row < std::min(last, face.bottom); ++row) {
+          const double y = view_.y[row];
+          const auto [from, to] = span_of(face, view_, y);
+          for (int column = from; column < to; ++column) {
+            const int sample = (row - first) * columns + column;
+            if (by_depth) {
+              const double inverse_w = face.inverse_w(view_.x[column], y);
+              if (inverse_w <= nearest[sample]) continue;
+              nearest[sample] = inverse_w;
+            }
+            seen[sample] = &face;
+          }
+        }
+    return seen;
+  }
+
+  void shade(const std::vector<const Face*>& seen, int first,
+             const std::function<void(Eigen::Index, const Fragment&)>& f) const {
+    Fragment fragment{0, Vec3::Zero(), Eigen::ArrayXd(values_.cols())};
+    for (std::size_t k = 0; k < seen.size(); ++k) {
+      const Face* face = seen[k];
+      if (!face || face->back) continue;
+      const Eigen::Index point =
+          static_cast<Eigen::Index>(first) * view_.columns() + static_cast<Eigen::Index>(k);
+      const double x = view_.x[point % view_.columns()], y = view_.y[point / view_.columns()];
+      fragment.patch = polygons_.patch[face->polygon];
+      fragment.x =
+          eye_.position() + (eye_.forward() + x * eye_.right() + y * eye_.up()) / face->inverse_w(x, y);
+      interpolate(*face, x, y, fragment.values);
+      f(point, fragment);
+    }
+  }
+
+  int rows() const { return view_.rows(); }
+
+ private:
+  /// Positive on the left of the way from the corner to the next.
+  Vec3 line_of(const Polygons::Corner& corner) const {
+    const Vec3 &a = polygons_.vertices[corner.from], &b = polygons_.vertices[corner.to];
+    const Vec3 &ha = h_[corner.from], &hb = h_[corner.to];
+    return before(a, b) ? Vec3(ha.cross(hb)) : Vec3(-hb.cross(ha));
+  }
+
+  /// Adds the polygon to the batch, unless nothing of it is in view. The other pieces are room for it to work.
+  void add(Index polygon, Batch& batch, Piece& piece, Piece& clipped) const {
+    const auto corners = polygons_.polygon(polygon);
+    unsigned all = ~0U, any = 0;
+    for (const auto& corner : corners) {
+      unsigned outside = 0;
+      for (std::size_t k = 0; k < volume_.size(); ++k)
+        outside |= unsigned{volume_[k].height(h_[corner.vertex]) < 0} << k;
+      all &= outside;
+      any |= outside;
+    }
+    if (all) return;
+    const Index patch = polygons_.patch[polygon];
+    const Vec3& normal = mesh_.normal(patch);
+    const double height = normal.dot(mesh_.centroid(patch) - eye_.position());
+    if (height == 0) return;  // seen edge-on
+    const bool back = height > 0;
+    piece.vertices.clear();
+    piece.values.clear();
+    const auto width = values_.cols();
+    for (const auto& corner : corners) {
+      piece.vertices.push_back({h_[corner.vertex], (back ? -1 : 1) * line_of(corner)});
+      const double* row = values_.data() + corner.vertex * width;
+      piece.values.insert(piece.values.end(), row, row + width);
+    }
+    for (std::size_t k = 0; k < volume_.size(); ++k)
+      if (any >> k & 1) clip(piece, volume_[k], width, k > 0 ? 0 : back ? -1 : 1, clipped);
+    if (piece.vertices.size() < 3) return;
+
+    Face face{};
+    face.polygon = polygon;
+    face.back = back;
+    face.count = piece.vertices.size();
+    Eigen::AlignedBox3d box;  // columns, rows, 1/w
+    for (const ClipVertex& vertex : piece.vertices) {
+      const double inverse_w = 1 / vertex.h.z();
+      box.extend(
+          Vec3(view_.column_of(vertex.h.x() * inverse_w), view_.row_of(vertex.h.y() * inverse_w), inverse_w));
+    }
+    // A thousandth of a sample more than needed, for rounding: edges decide.
+    const auto first = [](double at, int count) {
+      return static_cast<int>(std::clamp(std::ceil(at), 0.0, double(count)));
+    };
+    face.left = first(box.min().x() - 1e-3, view_.columns());
+    face.right = first(box.max().x() + 1e-3, view_.columns());
+    face.top = first(box.min().y() - 1e-3, view_.rows());
+    face.bottom = first(box.max().y() + 1e-3, view_.rows());
+    if (face.left >= face.right || face.top >= face.bottom) return;
+    // A sheet has a back where it has its front, and shows the front.
+    const double shift = back ? 1 - kSheetDepth : 1;
+    face.depth =
+        shift / height * Vec3(normal.dot(eye_.right()), normal.dot(eye_.up()), normal.dot(eye_.forward()));
+    face.least = shift * box.min().z();
+    face.most = shift * box.max().z();
+    batch.faces.push_back(face);
+    batch.drawn.vertices.insert(batch.drawn.vertices.end(), piece.vertices.begin(), piece.vertices.end());
+    batch.drawn.values.insert(batch.drawn.values.end(), piece.values.begin(), piece.values.end());
+  }
+
+  const PatchMesh& mesh_;
+  const Polygons& polygons_;
+  const BandArray& values_;
+  const Pinhole& eye_;
+  View view_;
+  std::vector<Vec3> h_;  // x, y, w of the vertices
+  std::array<ClipPlane, 5> volume_;
+};
+
 }  // namespace
 
 Polygons triangles_of(const PatchMesh& mesh) {
@@ -208,133 +362,12 @@ void rasterise(const PatchMesh& mesh, const Polygons& polygons, const BandArray&
                std::optional<std::span<const Index>> back_to_front, const Pinhole& eye,
                const SampleGrid& grid,
                const std::function<void(Eigen::Index point, const Fragment& fragment)>& shade) {
-  const View view(eye, grid);
-  const auto width = values.cols();
-  std::vector<Vec3> h(polygons.vertices.size());
-  tbb::parallel_for(std::size_t{0}, h.size(),
-                    [&](std::size_t v) { h[v] = view.homogeneous(polygons.vertices[v]); });
-  double furthest = 0;
-  for (const Vec3& v : h) furthest = std::max(furthest, v.z());
-  if (!(furthest > 0)) return;
-  const std::array<ClipPlane, 5> volume = view.volume(kEyePlane * furthest);
-
-  const auto line_of = [&](const Polygons::Corner& corner) -> Vec3 {
-    const auto from = corner.from, to = corner.to;
-    return before(polygons.vertices[from], polygons.vertices[to]) ? Vec3(h[from].cross(h[to]))
-                                                                  : Vec3(-h[to].cross(h[from]));
-  };
-  const auto add = [&](Index polygon, Batch& batch, Piece& piece, Piece& clipped) {
-    const auto corners = polygons.polygon(polygon);
-    unsigned all = ~0U, any = 0;
-    for (const auto& corner : corners) {
-      unsigned outside = 0;
-      for (std::size_t k = 0; k < volume.size(); ++k)
-        outside |= unsigned{volume[k].height(h[corner.vertex]) < 0} << k;
-      all &= outside;
-      any |= outside;
-    }
-    if (all) return;
-    const Index patch = polygons.patch[polygon];
-    const Vec3& normal = mesh.normal(patch);
-    const double height = normal.dot(mesh.centroid(patch) - eye.position());
-    if (height == 0) return;  // seen edge-on
-    const bool back = height > 0;
-    piece.vertices.clear();
-    piece.values.clear();
-    for (const auto& corner : corners) {
-      piece.vertices.push_back({h[corner.vertex], (back ? -1 : 1) * line_of(corner)});
-      const double* row = values.data() + corner.vertex * width;
-      piece.values.insert(piece.values.end(), row, row + width);
-    }
-    for (std::size_t k = 0; k < volume.size() && !piece.vertices.empty(); ++k)
-      if (any >> k & 1) clip(piece, volume[k], width, k > 0 ? 0 : back ? -1 : 1, clipped);
-    if (piece.vertices.size() < 3) return;
-
-    Face face{};
-    face.polygon = polygon;
-    face.back = back;
-    face.least = HUGE_VAL;
-    double left = HUGE_VAL, right = -HUGE_VAL, top = HUGE_VAL, bottom = -HUGE_VAL;
-    for (const ClipVertex& vertex : piece.vertices) {
-      const double inverse_w = 1 / vertex.h.z();
-      face.least = std::min(face.least, inverse_w);
-      face.most = std::max(face.most, inverse_w);
-      const double column = view.column_of(vertex.h.x() * inverse_w),
-                   row = view.row_of(vertex.h.y() * inverse_w);
-      left = std::min(left, column);
-      right = std::max(right, column);
-      top = std::min(top, row);
-      bottom = std::max(bottom, row);
-    }
-    // A thousandth of a sample more than needed, for rounding: edges decide.
-    const auto first = [](double at, int count) {
-      return static_cast<int>(std::clamp(std::ceil(at - 1e-3), 0.0, double(count)));
-    };
-    face.left = first(left, view.columns());
-    face.right = first(right + 2e-3, view.columns());
-    face.top = first(top, view.rows());
-    face.bottom = first(bottom + 2e-3, view.rows());
-    if (face.left >= face.right || face.top >= face.bottom) return;
-    face.depth = Vec3(normal.dot(eye.right()), normal.dot(eye.up()), normal.dot(eye.forward())) / height;
-    // A sheet has a back where it has its front, and shows the front.
-    if (back) {
-      face.depth *= 1 - kSheetDepth;
-      face.least *= 1 - kSheetDepth;
-      face.most *= 1 - kSheetDepth;
-    }
-    face.count = piece.vertices.size();
-    batch.faces.push_back(face);
-    batch.drawn.vertices.insert(batch.drawn.vertices.end(), piece.vertices.begin(), piece.vertices.end());
-    batch.drawn.values.insert(batch.drawn.values.end(), piece.values.begin(), piece.values.end());
-  };
-  const auto count = back_to_front ? back_to_front->size() : polygons.count();
-  constexpr std::size_t kBatch = 1024;
-  std::vector<Batch> batches((count + kBatch - 1) / kBatch);
-  tbb::parallel_for(std::size_t{0}, batches.size(), [&](std::size_t b) {
-    Batch& batch = batches[b];
-    Piece piece, clipped;
-    for (std::size_t k = b * kBatch; k < std::min(count, (b + 1) * kBatch); ++k)
-      add(back_to_front ? (*back_to_front)[k] : static_cast<Index>(k), batch, piece, clipped);
-    std::size_t start = 0;
-    for (Face& face : batch.faces) {
-      face.first = batch.drawn.vertices.data() + start;
-      face.values = batch.drawn.values.data() + start * width;
-      start += face.count;
-    }
-  });
-
+  const Rasteriser rasteriser(mesh, polygons, values, eye, grid);
+  const std::vector<Batch> batches = rasteriser.faces(back_to_front);
   constexpr int kRows = 16;
-  tbb::parallel_for(0, (view.rows() + kRows - 1) / kRows, [&](int strip) {
-    const int first = strip * kRows, last = std::min(view.rows(), first + kRows);
-    const auto columns = view.columns();
-    std::vector<const Face*> seen(columns * kRows, nullptr);
-    std::vector<double> nearest(back_to_front ? 0 : seen.size(), 0.0);
-    for (const Batch& batch : batches)
-      for (const Face& face : batch.faces)
-        for (int row = std::max(first, face.top); row < std::min(last, face.bottom); ++row) {
-          const double y = view.y[row];
-          const auto [from, to] = span_of(face, view, y);
-          const std::size_t line = (row - first) * columns;
-          for (auto column = from; column < to; ++column) {
-            if (!back_to_front) {
-              const double inverse_w = face.inverse_w(view.x[column], y);
-              if (inverse_w <= nearest[line + column]) continue;
-              nearest[line + column] = inverse_w;
-            }
-            seen[line + column] = &face;
-          }
-        }
-    Fragment fragment{0, Vec3::Zero(), Eigen::ArrayXd(values.cols())};
-    for (int row = first; row < last; ++row)
-      for (int column = 0; column < view.columns(); ++column) {
-        const Face* face = seen[(row - first) * columns + column];
-        if (!face || face->back) continue;
-        const double x = view.x[column], y = view.y[row];
-        fragment.patch = polygons.patch[face->polygon];
-        fragment.x = eye.position() + view.direction(column, row) / face->inverse_w(x, y);
-        interpolate(*face, x, y, fragment.values);
-        shade(static_cast<Eigen::Index>(row) * view.columns() + column, fragment);
-      }
+  tbb::parallel_for(0, (rasteriser.rows() + kRows - 1) / kRows, [&](int strip) {
+    const int first = strip * kRows, last = std::min(rasteriser.rows(), first + kRows);
+    rasteriser.shade(rasteriser.scan(batches, !back_to_front, first, last), first, shade);
   });
 }
 

@@ -136,6 +136,25 @@ TEST(LocalPipelines, ShowWhatPrimaryRaysMeetWhereThereIsNoOrderOfFaces) {
             3000);
 }
 
+TEST(LocalPipelines, ShowWhatPrimaryRaysMeetFarFromTheOriginAndAtAnySize) {
+  std::mt19937_64 random(4);
+  const auto uniform = [&] { return 2 * static_cast<double>(random() >> 11) * 0x1p-53 - 1; };
+  const auto vector = [&] { return Vec3(uniform(), uniform(), uniform()); };
+  for (const double size : {1e-3, 1.0, 1e6})
+    for (const double shift : {0.0, 1e7}) {
+      const Vec3 centre = size * shift * Vec3(1, -0.5, 0.1);
+      std::vector<Loop> loops;
+      for (int k = 0; k < 12; ++k) {
+        const Vec3 a = centre + size * 2 * vector();
+        loops.push_back({a, a + size * 2 * vector(), a + size * 2 * vector()});
+      }
+      Camera camera = ahead();
+      camera.position = centre;
+      camera.target = centre + size * vector();
+      EXPECT_GT(expect_what_rays_meet(coded(loops), camera, 32), 400);
+    }
+}
+
 /// Reflecting surfaces under a lamp and a spot that shine on all of them.
 ViewScene lit(PatchMesh mesh) {
   Light lamp{.name = "lamp", .position = {1, 3, 1}, .intensity = BandValues::Constant(mesh.bands(), 2)};
@@ -270,6 +289,42 @@ TEST(Gouraud, InterpolatesTheIntensitiesOfTheVerticesLinearlyOverTriangles) {
   }
 }
 
+// k_s H (r·v)ⁿ, r = 2 (n·l) n − l, beside the diffuse part: at each point, or at the vertices and linear between them. A mirror has no
+// highlight.
+TEST(LocalPipelines, AddHighlightsOfTheLights) {
+  constexpr int kSize = 21;
+  PatchMesh wall = one_patch({{-4, -3, -2}, {4, -3, -2}, {0, 13, -2}}, 1);
+  const Light lamp{.name = "lamp", .position = {0.5, 0.25, -0.5}, .intensity = BandValues::Constant(1, 3)};
+  const auto shown = [&](const Vec3& x, double specular, double shininess) {
+    const Vec3 l = lamp.position - x, r(-l.x(), -l.y(), l.z());
+    const double h = 3 / l.squaredNorm(), along = r.dot(-x) / (r.norm() * x.norm());
+    return 0.5 * h * l.z() / l.norm() + (along > 0 ? specular * h * std::pow(along, shininess) : 0);
+  };
+  for (const double shininess : {2.0, 30.0, HUGE_VAL}) {
+    Material material = wall.material_of(0);
+    material.specular = BandValues::Constant(1, 0.25);
+    material.shininess = shininess;
+    const auto mesh = std::make_shared<const PatchMesh>(wall.with_materials({material}));
+    const double specular = std::isfinite(shininess) ? 0.25 : 0, exponent = specular > 0 ? shininess : 1;
+    for (const std::string_view name : kLocal) {
+      const LinearImage image = drawn(name, {mesh, {}, {lamp}}, ahead(), kSize);
+      for (int row = 0; row < kSize; ++row)
+        for (int column = 0; column < kSize; ++column) {
+          const Vec3 x = 2 * looked_at(column, row, kSize);
+          double expected = shown(x, specular, exponent);
+          if (name == "gouraud") {
+            // Barycentric in the triangle: the top's share from the height.
+            const double top = (x.y() + 3) / 16, right = (x.x() + 4 - 4 * top) / 8;
+            expected = top * shown({0, 13, -2}, specular, exponent) +
+                       right * shown({4, -3, -2}, specular, exponent) +
+                       (1 - top - right) * shown({-4, -3, -2}, specular, exponent);
+          }
+          EXPECT_NEAR(image.radiosity(row * kSize + column, 0), expected, 1e-13) << name << " " << shininess;
+        }
+    }
+  }
+}
+
 // A floor at y = −1 from z = −1 to z = −3 is seen from y = −1 up to −1/3 on the screen. At −1/2, three quarters of the way, there is
 // z = −2, the middle: it shows the mean of the ends, not 1/4 of the near and 3/4 of the far end.
 TEST(Gouraud, InterpolatesWithPerspective) {
@@ -322,6 +377,14 @@ TEST(LocalPipelines, ShowTheFrontOfSheetsWithTwoSides) {
   }
 }
 
+TEST(LocalPipelines, ShowNothingOfWhatIsBehindTheEye) {
+  // A floor that ends in the plane of the eye, and a triangle in that plane.
+  const PatchMesh mesh =
+      coded({{{-9, -1, 9}, {9, -1, 9}, {9, -1, 0}, {-9, -1, 0}}, {{0, 1, 0}, {1, 1, 0}, {0, 2, 0}}});
+  for (const std::string_view name : kLocal)
+    EXPECT_EQ(drawn(name, mesh, ahead(), 8).radiosity.abs().maxCoeff(), 0) << name;
+}
+
 TEST(LocalPipelines, FillCoarseImagesUpToTheirBorders) {
   const ViewScene scene = lit(room({-1, -1, -1}, {1, 1, 1}, false));
   for (const std::string_view name : kLocal)
@@ -371,7 +434,7 @@ TEST(LocalPipelines, DrawManyPolygonsWithTheSameBitsOnAnyNumberOfThreads) {
 // The same lighting of the same fragments, but for rounding of what was split; smooth normals, three bands.
 TEST(Priority, ShowsWhatPhongShows) {
   std::vector<std::pair<ViewScene, Camera>> cases;
-  for (const char* name : {"cornell-box", "cube", "two-rooms"}) {
+  for (const char* name : {"cornell-box", "cornell-box-glass", "cube", "two-rooms"}) {
     const LoadedScene loaded = read_scene(std::string(RADIOSITY_SOURCE_DIR "/scenes/") + name + ".toml");
     const auto mesh = std::make_shared<const PatchMesh>(make_patches(loaded.scene, KeepFaces{}).mesh);
     cases.push_back(
