@@ -33,7 +33,7 @@ std::vector<Index> spread(Index count, Index n) {
 class BspTree::Builder {
  public:
   Builder(const PatchMesh& mesh, BspTree& tree)
-      : mesh_(mesh), tree_(tree), work_(triangles_of(mesh)), normals_(vertex_normals(mesh)) {
+      : tree_(tree), work_(triangles_of(mesh)), normals_(vertex_normals(mesh)) {
     double largest = 0;
     for (const Vec3& x : mesh.vertices()) largest = std::max(largest, x.cwiseAbs().maxCoeff());
     slack_ = tolerance::kCoplanar * mesh.diagonal() + tolerance::kDegenerateHeight * largest;
@@ -61,20 +61,21 @@ class BspTree::Builder {
       tasks.push_back({std::move(front), node, true});
     }
     tree_.polygons_.vertices = std::move(work_.vertices);
+    tree_.polygons_.planes = std::move(work_.planes);
     tree_.normals_ = rows(normals_);
   }
 
  private:
   struct Plane {
     Vec3 normal, on;
-    Index patch;  ///< −1: of none
+    Index number;  ///< of work_.planes; −1: of no polygon
   };
 
-  Index patch(Index polygon) const { return work_.patch[polygon]; }
   const Vec3& vertex(const Polygons::Corner& corner) const { return work_.vertices[corner.vertex]; }
 
   Plane plane_of(Index polygon) const {
-    return {mesh_.normal(patch(polygon)), mesh_.centroid(patch(polygon)), patch(polygon)};
+    const Index number = work_.plane[polygon];
+    return {work_.planes[number].normal, work_.planes[number].on, number};
   }
 
   int side(const Plane& plane, const Vec3& x) const {
@@ -85,10 +86,10 @@ class BspTree::Builder {
   struct Sides {
     bool front, back;
   };
-  /// Pieces of one patch are in its plane, planar to rounding or not.
+  /// What was made in one plane stays in it, whatever rounding did.
   Sides sides(const Plane& plane, Index polygon) const {
     Sides result{false, false};
-    if (patch(polygon) == plane.patch) return result;
+    if (work_.plane[polygon] == plane.number) return result;
     for (const auto& corner : work_.polygon(polygon)) {
       const int s = side(plane, vertex(corner));
       result.front |= s > 0;
@@ -145,7 +146,7 @@ class BspTree::Builder {
   std::pair<std::vector<Index>, std::vector<Index>> divide(const std::vector<Index>& polygons) {
     Plane plane = choose(polygons);
     auto parts = divide(polygons, plane);
-    if (plane.patch < 0 && std::max(parts.front.size(), parts.back.size()) >= polygons.size()) {
+    if (plane.number < 0 && std::max(parts.front.size(), parts.back.size()) >= polygons.size()) {
       plane = plane_of(polygons[0]);
       parts = divide(polygons, plane);
     }
@@ -154,7 +155,8 @@ class BspTree::Builder {
     for (const bool opposite : {false, true}) {
       if (opposite) node.first_opposite = tree_.polygons_.count();
       for (const Index i : parts.on)
-        if ((mesh_.normal(patch(i)).dot(plane.normal) < 0) == opposite) keep(i);
+        if ((plane_of(i).normal.dot(plane.normal) < 0) == opposite)
+          tree_.polygons_.add(work_.polygon(i), work_.patch[i], work_.plane[i]);
     }
     node.last = tree_.polygons_.count();
     tree_.nodes_.push_back(node);
@@ -209,13 +211,10 @@ class BspTree::Builder {
           corner.from = corner.vertex;
           corner.to = (*half)[(k + 1) % half->size()].vertex;
         }
-    const Index of = patch(polygon);
-    return {work_.add(front, of), work_.add(back, of)};
+    const Index of = work_.patch[polygon], in = work_.plane[polygon];
+    return {work_.add(front, of, in), work_.add(back, of, in)};
   }
 
-  void keep(Index polygon) { tree_.polygons_.add(work_.polygon(polygon), patch(polygon)); }
-
-  const PatchMesh& mesh_;
   BspTree& tree_;
   Polygons work_;
   std::vector<Vec3> normals_;

@@ -40,7 +40,7 @@ class Gouraud final : public Pipeline {
         add_highlights(scene(), patch, mesh().vertex(v), normals_[v], eye.position(), shining.row(v));
       });
     }
-    rasterise(mesh(), polygons_, highlights_ ? shining : diffuse_, {}, eye, grid,
+    rasterise(polygons_, highlights_ ? shining : diffuse_, {}, eye, grid,
               [&](Eigen::Index point, const Fragment& seen) { values.row(point) = seen.values.transpose(); });
   }
 

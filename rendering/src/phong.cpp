@@ -13,7 +13,7 @@ class Phong final : public Pipeline {
 
  private:
   void sample(const Pinhole& eye, const SampleGrid& grid, BandArray& values) const override {
-    rasterise(mesh(), polygons_, normals_, {}, eye, grid, [&](Eigen::Index point, const Fragment& seen) {
+    rasterise(polygons_, normals_, {}, eye, grid, [&](Eigen::Index point, const Fragment& seen) {
       light(scene(), seen, eye.position(), values.row(point));
     });
   }

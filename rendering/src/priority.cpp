@@ -13,7 +13,7 @@ class Priority final : public Pipeline {
 
  private:
   void sample(const Pinhole& eye, const SampleGrid& grid, BandArray& values) const override {
-    rasterise(mesh(), tree_.polygons(), tree_.normals(), tree_.back_to_front(eye.position()), eye, grid,
+    rasterise(tree_.polygons(), tree_.normals(), tree_.back_to_front(eye.position()), eye, grid,
               [&](Eigen::Index point, const Fragment& seen) {
                 light(scene(), seen, eye.position(), values.row(point));
               });

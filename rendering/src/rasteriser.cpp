@@ -8,6 +8,8 @@
 #include <cmath>
 #include <limits>
 
+#include "radiosity/meshing/tolerances.hpp"
+
 namespace radiosity {
 namespace {
 
@@ -193,14 +195,8 @@ void interpolate(const Face& face, double x, double y, Eigen::ArrayXd& values) {
 /// One call of `rasterise`, stage by stage.
 class Rasteriser {
  public:
-  Rasteriser(const PatchMesh& mesh, const Polygons& polygons, const BandArray& values, const Pinhole& eye,
-             const SampleGrid& grid)
-      : mesh_(mesh),
-        polygons_(polygons),
-        values_(values),
-        eye_(eye),
-        view_(eye, grid),
-        h_(polygons.vertices.size()) {
+  Rasteriser(const Polygons& polygons, const BandArray& values, const Pinhole& eye, const SampleGrid& grid)
+      : polygons_(polygons), values_(values), eye_(eye), view_(eye, grid), h_(polygons.vertices.size()) {
     tbb::parallel_for(std::size_t{0}, h_.size(),
                       [&](std::size_t v) { h_[v] = view_.homogeneous(polygons.vertices[v]); });
     double furthest = std::numeric_limits<double>::min();  // where all is behind the eye
@@ -290,9 +286,8 @@ class Rasteriser {
       any |= outside;
     }
     if (all) return;
-    const Index patch = polygons_.patch[polygon];
-    const Vec3& normal = mesh_.normal(patch);
-    const double height = normal.dot(mesh_.centroid(patch) - eye_.position());
+    const auto& [normal, on] = polygons_.planes[polygons_.plane[polygon]];
+    const double height = normal.dot(on - eye_.position());
     if (height == 0) return;  // seen edge-on
     const bool back = height > 0;
     piece.vertices.clear();
@@ -337,7 +332,6 @@ class Rasteriser {
     batch.drawn.values.insert(batch.drawn.values.end(), piece.values.begin(), piece.values.end());
   }
 
-  const PatchMesh& mesh_;
   const Polygons& polygons_;
   const BandArray& values_;
   const Pinhole& eye_;
@@ -351,18 +345,32 @@ class Rasteriser {
 Polygons triangles_of(const PatchMesh& mesh) {
   Polygons result;
   result.vertices = mesh.vertices();
-  for (Index t = 0; t < static_cast<Index>(mesh.triangles().size()); ++t) {
-    const auto [a, b, c] = mesh.triangles()[t];
-    result.add(std::array<Polygons::Corner, 3>{{{a, a, b}, {b, b, c}, {c, c, a}}}, mesh.triangle_patch(t));
+  for (Index i = 0; i < mesh.patch_count(); ++i) {
+    const Vec3 &normal = mesh.normal(i), &on = mesh.centroid(i);
+    double size = 0, off = 0;
+    for (const Index v : mesh.corners(i)) {
+      size = std::max(size, 2 * (mesh.vertex(v) - on).norm());
+      off = std::max(off, std::abs(normal.dot(mesh.vertex(v) - on)));
+    }
+    const bool planar = off <= tolerance::kPlanarity * size;
+    if (planar) result.planes.push_back({normal, on});
+    for (const auto& [a, b, c] : mesh.triangles(i)) {
+      if (!planar) {
+        const Vec3 &x = mesh.vertex(a), n = (mesh.vertex(b) - x).cross(mesh.vertex(c) - x);
+        result.planes.push_back({n.norm() > 0 ? Vec3(n.normalized()) : normal, x});
+      }
+      result.add(std::array<Polygons::Corner, 3>{{{a, a, b}, {b, b, c}, {c, c, a}}}, i,
+                 static_cast<Index>(result.planes.size()) - 1);
+    }
   }
   return result;
 }
 
-void rasterise(const PatchMesh& mesh, const Polygons& polygons, const BandArray& values,
+void rasterise(const Polygons& polygons, const BandArray& values,
                std::optional<std::span<const Index>> back_to_front, const Pinhole& eye,
                const SampleGrid& grid,
                const std::function<void(Eigen::Index point, const Fragment& fragment)>& shade) {
-  const Rasteriser rasteriser(mesh, polygons, values, eye, grid);
+  const Rasteriser rasteriser(polygons, values, eye, grid);
   const std::vector<Batch> batches = rasteriser.faces(back_to_front);
   constexpr int kRows = 16;
   tbb::parallel_for(0, (rasteriser.rows() + kRows - 1) / kRows, [&](int strip) {

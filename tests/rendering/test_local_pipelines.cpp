@@ -325,6 +325,30 @@ TEST(LocalPipelines, AddHighlightsOfTheLights) {
   }
 }
 
+// A quad that is not planar is its two triangles: ρ I cosθ / d² at the point of the one that the pixel looks at, x = Σ λ v with λ in
+// proportion to the volumes that the direction spans with the other two corners.
+TEST(Phong, LightsPatchesThatAreNotPlanarWhereTheirTrianglesAre) {
+  const PatchMesh mesh = one_patch({{-1, -1, -2}, {1, -1, -1.5}, {1, 1, -2}, {-1, 1, -1.5}}, 1);
+  const Light lamp{.name = "lamp", .position = {0.5, 0.25, 0}, .intensity = BandValues::Ones(1)};
+  const LinearImage image =
+      drawn("phong", {std::make_shared<const PatchMesh>(mesh), {}, {lamp}}, ahead(), 32);
+  int seen = 0;
+  for (int row = 0; row < 32; ++row)
+    for (int column = 0; column < 32; ++column)
+      for (const auto& triangle : mesh.triangles()) {
+        const Vec3 &a = mesh.vertex(triangle[0]), &b = mesh.vertex(triangle[1]),
+                   &c = mesh.vertex(triangle[2]);
+        const Vec3 direction = looked_at(column, row, 32);
+        const Vec3 parts(direction.dot(b.cross(c)), direction.dot(c.cross(a)), direction.dot(a.cross(b)));
+        if (parts.maxCoeff() > 0) continue;
+        ++seen;
+        const Vec3 x = (parts[0] * a + parts[1] * b + parts[2] * c) / parts.sum(), l = lamp.position - x;
+        EXPECT_NEAR(image.radiosity(row * 32 + column, 0),
+                    0.5 * mesh.normal(0).dot(l) / std::pow(l.norm(), 3), 1e-13);
+      }
+  EXPECT_GT(seen, 300);
+}
+
 // A floor at y = −1 from z = −1 to z = −3 is seen from y = −1 up to −1/3 on the screen. At −1/2, three quarters of the way, there is
 // z = −2, the middle: it shows the mean of the ends, not 1/4 of the near and 3/4 of the far end.
 TEST(Gouraud, InterpolatesWithPerspective) {
@@ -443,6 +467,17 @@ TEST(Priority, ShowsWhatPhongShows) {
   // Two sheets of 800 triangles that go through each other. Middles of pixels lie on edges of the first, which are split where
   // their neighbours' are not: there must be no hole.
   cases.push_back({lit(waves(20, {0, 1})), ahead()});
+  // Quads that are not planar, as files have them, through each other.
+  std::mt19937_64 random(5);
+  const auto uniform = [&] { return 2 * static_cast<double>(random() >> 11) * 0x1p-53 - 1; };
+  std::vector<Loop> quads;
+  for (int k = 0; k < 30; ++k) {
+    const Vec3 middle(uniform(), uniform(), -2.5 + 0.5 * uniform());
+    quads.push_back({});
+    for (const auto& [x, y] : std::array<std::array<double, 2>, 4>{{{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}})
+      quads.back().push_back(middle + 0.5 * Vec3(x + 0.2 * uniform(), y + 0.2 * uniform(), 0.5 * uniform()));
+  }
+  cases.push_back({{std::make_shared<const PatchMesh>(coded(quads))}, ahead()});
   for (const auto& [scene, camera] : cases) {
     const DrawOptions options{.width = 64, .height = 48, .samples = 1};
     const LinearImage z = find_pipeline("phong").make(scene)->draw(camera, options),
