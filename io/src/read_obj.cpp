@@ -90,7 +90,7 @@ class ObjReader {
   void resolve_faces();
   MeshMaterial material(const std::string& name, Index first_face);
   BandValues reflectance(const std::string& name, const Finish& finish);
-  static void finish_specular(const Finish& finish, MeshMaterial& material);
+  void finish_specular(const Finish& finish, MeshMaterial& material);
   static double number(const TextLines& lines, double least, double most);
   void warn();
 
@@ -103,7 +103,7 @@ class ObjReader {
   std::vector<std::size_t> face_uses_;  ///< per face, its number in uses_
   std::map<std::string, Finish> finishes_;
   std::vector<std::string> finish_order_;
-  std::vector<std::string> without_kd_;
+  std::vector<std::string> without_kd_, invisible_;
   MaterialNumbers numbers_;
   std::set<fs::path> libraries_;
   std::vector<std::string> missing_libraries_;  ///< "'room.mtl' (line 3) does not exist"
@@ -303,13 +303,16 @@ MeshMaterial ObjReader::material(const std::string& name, Index first_face) {
 }
 
 /// A dissolve leaves the share d of the surface as it is; through the rest light goes, coloured by Tf, which alone makes glass of the
-/// models of illumination that refract (4, 6, 7 and 9). Models 0 and 1 have no gloss; from 3 on, mirrors need no exponent.
+/// models of illumination that refract (4, 6, 7 and 9). In the others d 0 is taken for opaque: nobody models what cannot be seen, and
+/// some exporters mean Tr by d. Models 0 and 1 have no gloss; from 3 on, mirrors need no exponent.
 void ObjReader::finish_specular(const Finish& finish, MeshMaterial& material) {
   const std::int64_t model = finish.illum.value_or(2);
   const bool glass = model == 4 || model == 6 || model == 7 || model == 9;
   const BandValues filter = finish.tf.value_or(BandValues::Ones(1));
   const double dissolve = finish.d.value_or(1 - finish.tr.value_or(0));  // some mean d by Tr, but say d, too
-  if (dissolve < 1) {
+  if (dissolve == 0 && !glass) {
+    invisible_.push_back(material.name);
+  } else if (dissolve < 1) {
     material.reflectance *= dissolve;
     material.transmission = (1 - dissolve) * filter;
   } else if (glass && finish.tf) {
@@ -352,6 +355,9 @@ void ObjReader::warn() {
   else if (!without_kd_.empty())
     warnings.push_back(fmt::format("{} materials have no Kd: their reflectance is 0: {}", without_kd_.size(),
                                    name_some(without_kd_)));
+  if (!invisible_.empty())
+    warnings.push_back(
+        fmt::format("d is 0 (or Tr 1), nothing to be seen, for {}: taken for opaque", name_some(invisible_)));
   if (!unread_textures_.empty())
     warnings.push_back(fmt::format(
         "{} of {} textures (map_Kd) cannot be read: reflectances are Kd alone there; the first is '{}'{}",

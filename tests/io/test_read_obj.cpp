@@ -105,6 +105,16 @@ TEST(ReadObj, ReadsGlossMirrorsAndGlass) {
   EXPECT_EQ(finish("Kd 0 0 0\nTf 0.9\nillum 2\n").first.transmission.size(), 0);
 }
 
+TEST(ReadObj, SurfacesThatWouldBeInvisibleAreOpaque) {
+  const auto [wall, odd] = finish("Kd 0.5\nTf 1\nd 0\nillum 2\n");
+  EXPECT_TRUE((wall.reflectance == 0.5).all());
+  EXPECT_EQ(wall.transmission.size(), 0);
+  EXPECT_THAT(odd, testing::Contains("d is 0 (or Tr 1), nothing to be seen, for 'm': taken for opaque"));
+  const Material glass = finish("Kd 0.5\nTf 0.9\nd 0\nillum 6\n").first;
+  EXPECT_TRUE((glass.reflectance == 0).all());
+  EXPECT_TRUE((glass.transmission == 0.9).all());
+}
+
 // The diffuse light of a room can be solved although its file gives every material Ks 0.5 by habit.
 TEST(ReadObj, GlossThatTheReflectanceLeavesNoRoomForIsReducedWithAWarning) {
   const auto [material, odd] = finish("Kd 0.75 0.5 1\nKs 0.5\n");
