@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
 
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <memory>
 #include <random>
 #include <vector>
 
-#include "cases/path_tracer.hpp"
 #include "cases/scenes.hpp"
 #include "radiosity/formfactors/visibility.hpp"
 #include "radiosity/io/report.hpp"
 #include "radiosity/io/solution_file.hpp"
 #include "radiosity/meshing/make_patches.hpp"
+#include "radiosity/rendering/path_traced.hpp"
 #include "radiosity/simulation/solve_scene.hpp"
 
 /// Office buildings with more and more elements: seconds of each stage, memory, and the true error, from path tracing at random places.
@@ -32,10 +32,6 @@ Truth truth(const Scene& scene, const PatchMesh& mesh, const BandArray& irradian
             Index paths) {
   const Patches faces = make_patches(scene, KeepFaces{});
   const Visibility visibility(faces.mesh);
-  struct Place {
-    Sensor sensor;
-    Index element, face;
-  };
   std::vector<double> up_to(mesh.patch_count());
   double area = 0;
   for (Index e = 0; e < mesh.patch_count(); ++e) {
@@ -44,7 +40,8 @@ Truth truth(const Scene& scene, const PatchMesh& mesh, const BandArray& irradian
   }
   std::mt19937_64 random(7);
   const auto draw = [&] { return test::uniform(random); };
-  std::vector<Place> chosen;
+  std::vector<TracedPlace> chosen;
+  std::vector<Index> elements;
   while (static_cast<Index>(chosen.size()) < places) {
     const auto e =
         static_cast<Index>(std::upper_bound(up_to.begin(), up_to.end(), draw() * area) - up_to.begin());
@@ -56,18 +53,18 @@ Truth truth(const Scene& scene, const PatchMesh& mesh, const BandArray& irradian
     const Vec3& n = mesh.normal(e);
     // A place under a leg or behind a board that touches it is inside of that.
     if (!visibility.first_hit(x + 1e-4 * n, n).front) continue;
-    chosen.push_back({{x, n}, e, visibility.first_hit(x + 1e-4 * n, -n).patch});
+    chosen.push_back({x, n, visibility.first_hit(x + 1e-4 * n, -n).patch});
+    elements.push_back(e);
   }
+  const PathTraced traced =
+      path_traced(std::make_shared<const PatchMesh>(faces.mesh), chosen, paths, 1'000'003);
   Eigen::ArrayXd square(places), variance(places), reference(places);
-  tbb::parallel_for(Index{0}, places, [&](Index k) {
-    const Place& place = chosen[k];
-    const test::PathTraced traced =
-        test::path_traced(visibility, place.sensor, place.face, paths, 1'000'003 + k);
-    const double reflectance = mesh.material_of(place.element).reflectance[0];
-    reference[k] = reflectance * traced.irradiance[0];
-    square[k] = std::pow(reflectance * irradiance(place.element, 0) - reference[k], 2);
-    variance[k] = std::pow(reflectance * traced.standard_error[0], 2);
-  });
+  for (Index k = 0; k < places; ++k) {
+    const double reflectance = mesh.material_of(elements[k]).reflectance[0];
+    reference[k] = reflectance * traced.irradiance(k, 0);
+    square[k] = std::pow(reflectance * irradiance(elements[k], 0) - reference[k], 2);
+    variance[k] = std::pow(reflectance * traced.standard_error(k, 0), 2);
+  }
   const double light = reference.square().sum();
   return {std::sqrt(std::max(0.0, square.sum() - variance.sum()) / light), std::sqrt(variance.sum() / light)};
 }
