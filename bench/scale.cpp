@@ -30,8 +30,8 @@ struct Truth {
 
 Truth truth(const Scene& scene, const PatchMesh& mesh, const BandArray& irradiance, Index places,
             Index paths) {
-  const Patches faces = make_patches(scene, KeepFaces{});
-  const Visibility visibility(faces.mesh);
+  const auto faces = std::make_shared<const PatchMesh>(make_patches(scene, KeepFaces{}).mesh);
+  const Visibility visibility(*faces);
   std::vector<double> up_to(mesh.patch_count());
   double area = 0;
   for (Index e = 0; e < mesh.patch_count(); ++e) {
@@ -56,8 +56,7 @@ Truth truth(const Scene& scene, const PatchMesh& mesh, const BandArray& irradian
     chosen.push_back({x, n, visibility.first_hit(x + 1e-4 * n, -n).patch});
     elements.push_back(e);
   }
-  const PathTraced traced =
-      path_traced(std::make_shared<const PatchMesh>(faces.mesh), chosen, paths, 1'000'003);
+  const PathTraced traced = path_traced(faces, chosen, paths);
   Eigen::ArrayXd square(places), variance(places), reference(places);
   for (Index k = 0; k < places; ++k) {
     const double reflectance = mesh.material_of(elements[k]).reflectance[0];

@@ -105,33 +105,23 @@ double point_factor(const Vec3& x, const Vec3& n, std::span<const Vec3> q) {
   return -sum / (2 * std::numbers::pi);
 }
 
+namespace {
+
+double slack(const PatchMesh& mesh) {
+  return std::max(tolerance::kOnPlane * 10 * mesh.diagonal(),
+                  tolerance::kDegenerateHeight *
+                      std::max(mesh.lower().cwiseAbs().maxCoeff(), mesh.upper().cwiseAbs().maxCoeff()));
+}
+
+}  // namespace
+
 Occluders::Occluders(const PatchMesh& mesh, const std::vector<Facet>& facets,
                      const std::vector<PatchGroup>& groups, const Vec3& origin)
-    : slack_(std::max(tolerance::kOnPlane * 10 * mesh.diagonal(),
-                      tolerance::kDegenerateHeight *
-                          std::max(mesh.lower().cwiseAbs().maxCoeff(), mesh.upper().cwiseAbs().maxCoeff()))),
-      groups_(groups) {
-  constexpr std::size_t kMostBytes = 1 << 28;
-  const auto n = static_cast<std::size_t>(mesh.patch_count());
-  for (std::size_t f = 0; f < facets.size(); ++f) {
-    for (const Facet::Piece& piece : facets[f].pieces) {
-      Convex polygon{piece.corners, piece.normal, 0, {}, f};
-      for (Vec3& c : polygon.corners) {
-        c -= origin;
-        polygon.offset += piece.normal.dot(c) / static_cast<double>(piece.corners.size());
-      }
-      polygon.box = box_of(polygon.corners);
-      sort_by_angle(polygon);
-      polygons_.push_back(std::move(polygon));
-    }
-    words_ = (polygons_.size() + 63) / 64;
-    if (polygons_.size() > kMost || 3 * sizeof(std::uint64_t) * words_ * n > kMostBytes) return;
-  }
-  usable_ = true;
-  for (Sides* sides : {&patch_sides_, &group_sides_}) {
-    for (auto* mask : {&sides->front, &sides->back, &sides->facing})
-      mask->assign((sides == &patch_sides_ ? n : groups.size()) * words_, 0);
-  }
+    : slack_(slack(mesh)), groups_(groups) {
+  usable_ = take(facets, origin, mesh.patch_count()) && polygons_.size() <= kMost;
+  if (!usable_) return;
+  clear(patch_sides_, mesh.patch_count());
+  clear(group_sides_, groups.size());
   tbb::parallel_for(std::size_t{0}, groups.size(), [&](std::size_t g) {
     const PatchGroup& group = groups[g];
     const std::size_t other_side = facets[group.facet].back;
@@ -146,6 +136,44 @@ Occluders::Occluders(const PatchMesh& mesh, const std::vector<Facet>& facets,
     }
   });
   for (const PatchGroup& group : groups) group_boxes_.push_back(box_of(group.corners));
+}
+
+Occluders::Occluders(const PatchMesh& mesh, const std::vector<Facet>& facets, std::span<const Index> facet_of,
+                     std::span<const Index> lamps, const Vec3& origin)
+    : slack_(slack(mesh)) {
+  usable_ = take(facets, origin, lamps.size());
+  if (!usable_) return;
+  clear(patch_sides_, lamps.size());
+  tbb::parallel_for(std::size_t{0}, lamps.size(), [&](std::size_t k) {
+    const Index j = lamps[k];
+    std::vector<Vec3> corners;
+    for (const Index v : mesh.corners(j)) corners.push_back(mesh.vertex(v) - origin);
+    mark(patch_sides_, k, corners, mesh.normal(j), mesh.normal(j).dot(mesh.centroid(j) - origin), facet_of[j],
+         facets[facet_of[j]].back);
+  });
+}
+
+bool Occluders::take(const std::vector<Facet>& facets, const Vec3& origin, std::size_t patches) {
+  constexpr std::size_t kMostBytes = 1 << 28;
+  for (std::size_t f = 0; f < facets.size(); ++f) {
+    for (const Facet::Piece& piece : facets[f].pieces) {
+      Convex polygon{piece.corners, piece.normal, 0, {}, f};
+      for (Vec3& c : polygon.corners) {
+        c -= origin;
+        polygon.offset += piece.normal.dot(c) / static_cast<double>(piece.corners.size());
+      }
+      polygon.box = box_of(polygon.corners);
+      sort_by_angle(polygon);
+      polygons_.push_back(std::move(polygon));
+    }
+    words_ = (polygons_.size() + 63) / 64;
+    if (3 * sizeof(std::uint64_t) * words_ * patches > kMostBytes) return false;
+  }
+  return true;
+}
+
+void Occluders::clear(Sides& sides, std::size_t count) const {
+  for (auto* mask : {&sides.front, &sides.back, &sides.facing}) mask->assign(count * words_, 0);
 }
 
 double Occluders::angle_of(const Convex& polygon, const Vec3& direction) {
@@ -362,11 +390,9 @@ Occluders::View Occluders::narrow(std::span<const Vec3> p, std::span<const Vec3>
   make_shaft(p, q, scratch);
   std::erase_if(scratch.candidates, [&](int o) { return !in_shaft(polygons_[o], scratch); });
   if (scratch.candidates.empty()) return View::free;
-  if (scratch.candidates.size() > kMostShadows) return View::crowded;
-
   for (const int o : scratch.candidates)
     if (hides(polygons_[o], p, q)) return View::hidden;
-  return View::partial;
+  return scratch.candidates.size() > kMostShadows ? View::crowded : View::partial;
 }
 
 void Occluders::look_from(const Vec3& x, const Vec3& n, Scratch& scratch) const {
@@ -381,22 +407,47 @@ void Occluders::look_from(const Vec3& x, const Vec3& n, Scratch& scratch) const 
   }
 }
 
-Occluders::View Occluders::classify(const Vec3& x, Index j, std::span<const Vec3> q, Scratch& scratch) const {
+Occluders::View Occluders::classify(const Vec3& x, std::span<const int> polygons, std::size_t lamp,
+                                    std::span<const Vec3> q, Scratch& scratch) const {
   scratch.candidates.clear();
   Box box = box_of(q);
   box.extend(x);
-  for (const int o : scratch.near) {
+  for (const int o : polygons) {
     const Convex& polygon = polygons_[o];
-    const std::size_t word = static_cast<std::size_t>(j) * words_ + static_cast<std::size_t>(o) / 64;
+    const std::size_t word = lamp * words_ + static_cast<std::size_t>(o) / 64;
     const auto bit = [&](const std::vector<std::uint64_t>& mask) {
       return (mask[word] >> (o % 64) & 1) != 0;
     };
-    const bool in_front = polygon.normal.dot(x) > polygon.offset;
-    if (!bit(in_front ? patch_sides_.front : patch_sides_.back) && bit(patch_sides_.facing) &&
-        box.intersects(polygon.box))
+    const double height = polygon.normal.dot(x) - polygon.offset;
+    const bool in_front = height > 0;
+    if (std::abs(height) > slack_ && !bit(in_front ? patch_sides_.front : patch_sides_.back) &&
+        bit(patch_sides_.facing) && box.intersects(polygon.box))
       scratch.candidates.push_back(o);
   }
   return narrow(std::span(&x, 1), q, scratch);
+}
+
+void Occluders::look_from(std::span<const Vec3> p, const Vec3& n, std::size_t facet,
+                          const std::vector<Facet>& facets, Scratch& scratch) const {
+  clear(scratch.sides, 1);
+  mark(scratch.sides, 0, p, n, n.dot(p[0]), facet, facets[facet].back);
+}
+
+Occluders::View Occluders::classify(std::span<const Vec3> p, std::size_t lamp, std::span<const Vec3> q,
+                                    Scratch& scratch) const {
+  scratch.candidates.clear();
+  const Box box = box_of(p).merged(box_of(q));
+  for (std::size_t w = 0; w < words_; ++w) {
+    const std::size_t b = lamp * words_ + w;
+    std::uint64_t between = ~(scratch.sides.front[w] & patch_sides_.front[b]) &
+                            ~(scratch.sides.back[w] & patch_sides_.back[b]) & scratch.sides.facing[w] &
+                            patch_sides_.facing[b];
+    for (; between != 0; between &= between - 1) {
+      const int o = static_cast<int>(w * 64) + std::countr_zero(between);
+      if (box.intersects(polygons_[o].box)) scratch.candidates.push_back(o);
+    }
+  }
+  return narrow(p, q, scratch);
 }
 
 // Where x sees q through the polygon's plane, into cuts; true where that is all of q.

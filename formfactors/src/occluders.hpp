@@ -14,17 +14,28 @@ namespace radiosity {
 /// Coordinates are relative to `origin`.
 class Occluders {
  public:
-  /// Above these, rays are cheaper: polygons in the scene; polygons that cast shadows between a pair (each may cut what
-  /// the others leave visible in several pieces).
+  /// Above these, rays are cheaper: polygons in the scene, for pairs of patches; polygons that cast shadows between a pair (each may
+  /// cut what the others leave visible in several pieces).
   static constexpr std::size_t kMost = 2048;
   static constexpr std::size_t kMostShadows = 16;
 
-  /// The groups are kept by reference.
+  /// For pairs of patches. The groups are kept by reference.
   Occluders(const PatchMesh& mesh, const std::vector<Facet>& facets, const std::vector<PatchGroup>& groups,
             const Vec3& origin);
 
+  /// For points and patches that look at lamps, which are known by their place in the list; facet_of: of each patch.
+  Occluders(const PatchMesh& mesh, const std::vector<Facet>& facets, std::span<const Index> facet_of,
+            std::span<const Index> lamps, const Vec3& origin);
+
   /// Whether the scene has few enough polygons for exact visibility to pay.
   bool usable() const { return usable_; }
+
+  /// Bits of the polygons, as many words for each patch or group.
+  struct Sides {
+    std::vector<std::uint64_t> front;   ///< the polygon has all of it on its front side
+    std::vector<std::uint64_t> back;    ///< … on its back side
+    std::vector<std::uint64_t> facing;  ///< something of the polygon is in front of it
+  };
 
   /// Memory for one thread's questions.
   struct Scratch {
@@ -37,6 +48,7 @@ class Occluders {
     std::vector<Plane> shaft, shadow;
     std::vector<std::vector<Vec3>> pieces, next;
     std::vector<Vec3> inside, outside, cuts, part;
+    Sides sides;  ///< of the patch of look_from
   };
 
   enum class View { free, hidden, partial, crowded };
@@ -54,8 +66,17 @@ class Occluders {
   /// above its horizon.
   void look_from(const Vec3& x, const Vec3& n, Scratch& scratch) const;
 
-  /// As classify, between the x of look_from and q, part of patch j.
-  View classify(const Vec3& x, Index j, std::span<const Vec3> q, Scratch& scratch) const;
+  /// As classify, between x and q, part of a lamp, of these polygons: scratch.near, or what may stand between them from anywhere
+  /// on a patch on which x lies.
+  View classify(const Vec3& x, std::span<const int> polygons, std::size_t lamp, std::span<const Vec3> q,
+                Scratch& scratch) const;
+
+  /// Leaves in scratch.sides where the polygons are from all points of a patch of a facet.
+  void look_from(std::span<const Vec3> p, const Vec3& n, std::size_t facet, const std::vector<Facet>& facets,
+                 Scratch& scratch) const;
+
+  /// As classify, between all of the p of look_from and q, part of a lamp; crowded, too, leaves its polygons in scratch.candidates.
+  View classify(std::span<const Vec3> p, std::size_t lamp, std::span<const Vec3> q, Scratch& scratch) const;
 
   /// Factor from a point x with normal n to the part of q that scratch.candidates leave visible; `all` is the factor to
   /// all of q.
@@ -89,12 +110,9 @@ class Occluders {
   static double lowest(const Convex& polygon, const Vec3& n);
   /// The only edges of the polygon that can border on the hull of points in its plane, among others.
   static Edges edges_near(const Convex& polygon, std::span<const Vec3> points);
-  /// Bits of the polygons, words_ for each patch or group.
-  struct Sides {
-    std::vector<std::uint64_t> front;   ///< the polygon has all of it on its front side
-    std::vector<std::uint64_t> back;    ///< … on its back side
-    std::vector<std::uint64_t> facing;  ///< something of the polygon is in front of it
-  };
+  // Takes the polygons of the facets; false where masks for so many patches would take too much memory.
+  bool take(const std::vector<Facet>& facets, const Vec3& origin, std::size_t patches);
+  void clear(Sides& sides, std::size_t count) const;
 
   // `facet` is that of the marked one, `other_side` the facet that is its back: neither ever hides anything from it.
   void mark(Sides& sides, std::size_t i, std::span<const Vec3> corners, const Vec3& normal, double offset,
@@ -119,7 +137,7 @@ class Occluders {
   bool usable_ = false;
   std::vector<Convex> polygons_;
   std::size_t words_ = 0;
-  const std::vector<PatchGroup>& groups_;
+  std::span<const PatchGroup> groups_;
   std::vector<Box> group_boxes_;
   Sides patch_sides_, group_sides_;
 };

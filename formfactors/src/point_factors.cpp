@@ -4,12 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <span>
 
 #include "occluders.hpp"
-#include "patch_groups.hpp"
 #include "polygon_factor.hpp"
 #include "radiosity/formfactors/sampling.hpp"
 #include "radiosity/meshing/polygon_kit.hpp"
@@ -31,9 +32,10 @@ struct Wall {
 struct PointFactors::Impl {
   Impl(const Visibility& v, Index rays, std::uint64_t s);
 
-  Vec3 beside(const Vec3& x, const Vec3& n, double height) const;
-  void add_single(const Vec3& x, const Vec3& from, const Vec3& n, Index j, RandomStream& random,
-                  View& view) const;
+  Vec3 beside(const Vec3& x, const Vec3& n, double height, const Outlook* outlook) const;
+  std::vector<Vec3> front_part(const Vec3& x, const Vec3& n, Index lamp) const;
+  void add_single(const Vec3& x, const Vec3& from, const Vec3& n, Index j, std::span<const Vec3> seen,
+                  const std::function<Occluders::View()>& classify, RandomStream& random, View& view) const;
   Single by_rays(const Vec3& x, const Vec3& n, Index j, double whole, RandomStream& random) const;
   void cast(const Vec3& x, const Vec3& n, RandomStream& random, View& view) const;
 
@@ -46,7 +48,7 @@ struct PointFactors::Impl {
   std::vector<Index> lamps;
   std::vector<std::uint8_t> is_lamp;
   std::vector<Wall> walls;
-  std::vector<PatchGroup> groups;
+  std::vector<Index> facet_of;         // patches
   std::optional<Occluders> occluders;  // absent where shadow rays are used
 };
 
@@ -77,8 +79,10 @@ PointFactors::Impl::Impl(const Visibility& v, Index rays, std::uint64_t s)
       wall.box.extend(Vec3(wall.box.max() + margin));
     }
   }
-  groups = patch_groups(mesh, visibility.facets(), centre);
-  occluders.emplace(mesh, visibility.facets(), groups, centre);
+  facet_of.resize(mesh.patch_count());
+  for (std::size_t f = 0; f < visibility.facets().size(); ++f)
+    for (const Index i : visibility.facets()[f].patches) facet_of[i] = static_cast<Index>(f);
+  occluders.emplace(mesh, visibility.facets(), facet_of, lamps, centre);
   if (!occluders->usable()) occluders.reset();
 }
 
@@ -86,13 +90,15 @@ PointFactors::Impl::Impl(const Visibility& v, Index rays, std::uint64_t s)
 
 // x, or where it lies on surfaces, a point at least `height` from each of them. Where several meet, to step off one may lead back
 // to another: repeated, the steps converge.
-Vec3 PointFactors::Impl::beside(const Vec3& x, const Vec3& n, double height) const {
+Vec3 PointFactors::Impl::beside(const Vec3& x, const Vec3& n, double height, const Outlook* outlook) const {
   const double touch = tolerance::kContact * diagonal;
   struct Plane {
     Vec3 normal, point;  // normal towards the side that x is on
   };
   std::vector<Plane> planes;
-  for (const Wall& wall : walls) {
+  const std::size_t count = outlook ? outlook->walls.size() : walls.size();
+  for (std::size_t w = 0; w < count; ++w) {
+    const Wall& wall = walls[outlook ? outlook->walls[w] : w];
     if (!wall.box.contains(x)) continue;
     const auto& c = wall.corners;
     bool on = std::abs(wall.normal.dot(x - c[0])) <= touch;
@@ -114,24 +120,31 @@ Vec3 PointFactors::Impl::beside(const Vec3& x, const Vec3& n, double height) con
   return y;
 }
 
+// Of a lamp that shines towards x; empty where none is above the horizon.
+std::vector<Vec3> PointFactors::Impl::front_part(const Vec3& x, const Vec3& n, Index lamp) const {
+  const PatchMesh& mesh = visibility.mesh();
+  std::vector<Vec3> corners;
+  double low = std::numeric_limits<double>::infinity();
+  for (const Index c : mesh.corners(lamp)) {
+    corners.push_back(mesh.vertex(c) - centre);
+    low = std::min(low, n.dot(corners.back() - x));
+  }
+  if (low < 0) corners = polygon::clip(corners, n, x, tolerance::kOnPlane * diagonal);
+  return corners.size() < 3 ? std::vector<Vec3>{} : corners;
+}
+
 // Shadow rays start at `from`.
 void PointFactors::Impl::add_single(const Vec3& x, const Vec3& from, const Vec3& n, Index j,
-                                    RandomStream& random, View& view) const {
+                                    std::span<const Vec3> seen,
+                                    const std::function<Occluders::View()>& classify, RandomStream& random,
+                                    View& view) const {
   const PatchMesh& mesh = visibility.mesh();
-  if (mesh.normal(j).dot(x - (mesh.centroid(j) - centre)) <= 0 || visibility.covered(j)) return;
-  thread_local std::vector<Vec3> corners;
-  corners.clear();
-  for (const Index c : mesh.corners(j)) corners.push_back(mesh.vertex(c) - centre);
-  double low = std::numeric_limits<double>::infinity();
-  for (const Vec3& c : corners) low = std::min(low, n.dot(c - x));
-  const std::vector<Vec3> seen =
-      low < 0 ? polygon::clip(corners, n, x, tolerance::kOnPlane * diagonal) : corners;
-  if (seen.size() < 3) return;
+  if (seen.empty() || mesh.normal(j).dot(x - (mesh.centroid(j) - centre)) <= 0 || visibility.covered(j))
+    return;
   const double whole = point_factor(x, n, seen);
   if (!(whole > 0)) return;
-  const auto view_of = occluders ? occluders->classify(x, j, seen, scratch) : Occluders::View::crowded;
   Single single{j, 0, 0};
-  switch (view_of) {
+  switch (classify()) {
     case Occluders::View::hidden:
       break;
     case Occluders::View::free:
@@ -238,15 +251,60 @@ Index PointFactors::rays() const {
   return 32 * impl_->blocks * impl_->blocks;
 }
 
-void PointFactors::view(const Vec3& x, const Vec3& n, std::uint64_t stream, View& view) const {
+void PointFactors::view(const Vec3& x, const Vec3& n, std::uint64_t stream, View& view,
+                        const Outlook* outlook) const {
   RandomStream random(impl_->seed, stream);
   view.singles.clear();
   const Vec3 centred = x - impl_->centre;
-  const Vec3 near = impl_->beside(centred, n, impl_->step);
-  const Vec3 off = impl_->beside(centred, n, tolerance::kContact * impl_->diagonal);
-  if (impl_->occluders) impl_->occluders->look_from(near, n, scratch);
-  for (const Index j : impl_->lamps) impl_->add_single(near, off, n, j, random, view);
+  const Vec3 near = impl_->beside(centred, n, impl_->step, outlook);
+  const Vec3 off = impl_->beside(centred, n, tolerance::kContact * impl_->diagonal, outlook);
+  const auto& occluders = impl_->occluders;
+  if (outlook) {
+    for (const Outlook::Lamp& lamp : outlook->lamps) {
+      const auto classify = [&] {
+        return lamp.free ? Occluders::View::free
+                         : occluders->classify(near, lamp.between, lamp.number, lamp.front, scratch);
+      };
+      impl_->add_single(near, off, n, impl_->lamps[lamp.number], lamp.front, classify, random, view);
+    }
+  } else {
+    if (occluders) occluders->look_from(near, n, scratch);
+    for (std::size_t k = 0; k < impl_->lamps.size(); ++k) {
+      const std::vector<Vec3> front = impl_->front_part(near, n, impl_->lamps[k]);
+      const auto classify = [&] {
+        return occluders ? occluders->classify(near, scratch.near, k, front, scratch)
+                         : Occluders::View::crowded;
+      };
+      impl_->add_single(near, off, n, impl_->lamps[k], front, classify, random, view);
+    }
+  }
   impl_->cast(off, n, random, view);
+}
+
+std::optional<PointFactors::Outlook> PointFactors::outlook(Index patch) const {
+  const PatchMesh& mesh = impl_->visibility.mesh();
+  const Vec3& n = mesh.normal(patch);
+  std::vector<Vec3> p;
+  for (const Index v : mesh.corners(patch)) p.push_back(mesh.vertex(v) - impl_->centre);
+  if (!impl_->occluders || !polygon::is_convex(p, n, -tolerance::kGrazed)) return {};
+  Outlook out;
+  Eigen::AlignedBox3d box;
+  for (const Vec3& x : p) box.extend(x);
+  for (std::size_t w = 0; w < impl_->walls.size(); ++w)
+    if (box.intersects(impl_->walls[w].box)) out.walls.push_back(w);
+  impl_->occluders->look_from(p, n, impl_->facet_of[patch], impl_->visibility.facets(), scratch);
+  for (std::size_t k = 0; k < impl_->lamps.size(); ++k) {
+    const Index j = impl_->lamps[k];
+    const Vec3 there = mesh.centroid(j) - impl_->centre;
+    if (std::all_of(p.begin(), p.end(), [&](const Vec3& x) { return mesh.normal(j).dot(x - there) <= 0; }))
+      continue;
+    std::vector<Vec3> front = impl_->front_part(mesh.centroid(patch) - impl_->centre, n, j);
+    if (front.empty()) continue;
+    const auto seen = impl_->occluders->classify(p, k, front, scratch);
+    if (seen == Occluders::View::hidden) continue;
+    out.lamps.push_back({k, std::move(front), seen == Occluders::View::free, scratch.candidates});
+  }
+  return out;
 }
 
 }  // namespace radiosity

@@ -58,14 +58,16 @@ std::optional<Elements> gather_elements(const Visibility& visibility, const Solu
   std::vector<Index>& patch = fine.coarsening.parent;
   std::vector<Index> lit;
   std::vector<Sensor> sensors;
+  std::vector<Index> on;  // patches of the sensors
   for (Index e = 0; e < fine.mesh.patch_count(); ++e) {
     if (visibility.covered(patch[e])) continue;
     lit.push_back(e);
+    on.push_back(patch[e]);
     sensors.push_back({fine.mesh.centroid(e), fine.mesh.normal(e)});
   }
   const ProbeResult gathered =
       probe(visibility, solution.radiosity, solution.vertex_radiosity, sensors,
-            {.samples = gather.samples, .seed = gather.seed, .progress = gather.progress});
+            {.samples = gather.samples, .seed = gather.seed, .patch = on, .progress = gather.progress});
   if (!gathered.completed) return std::nullopt;
 
   const BandArray reflectance = fine.mesh.reflectance();

@@ -34,6 +34,11 @@ void check(const PatchMesh& mesh, const BandArray& radiosity, const BandArray& v
       throw InputError(
           fmt::format("sensor {}: its normal has length {}, which is not finite and above 0", s, length));
   }
+  if (!options.patch.empty() && options.patch.size() != sensors.size())
+    throw InputError(fmt::format("{} patches for {} sensors", options.patch.size(), sensors.size()));
+  for (const Index patch : options.patch)
+    if (patch < 0 || patch >= mesh.patch_count())
+      throw InputError(fmt::format("a sensor lies on patch {} of {}", patch, mesh.patch_count()));
   constexpr Index kMost = 1 << 20;
   if (options.samples < 1 || options.samples > kMost)
     throw InputError(fmt::format("{} samples per sensor: not a number from 1 to {}", options.samples, kMost));
@@ -99,13 +104,20 @@ ProbeResult gather(const Visibility& visibility, const BandArray& radiosity,
   result.standard_error = BandArray::Zero(count, bands);
   struct Memory {
     PointFactors::View view;
+    Index patch = Visibility::kNothing;
+    std::optional<PointFactors::Outlook> outlook;  // of the patch
     Bands pair, difference, sum, variance;
   };
   tbb::enumerable_thread_specific<Memory> memories;
 
   const auto measure = [&](Index s, Memory& m) {
     const Sensor& sensor = sensors[s];
-    factors.view(sensor.position, sensor.normal.stableNormalized(), static_cast<std::uint64_t>(s), m.view);
+    if (!options.patch.empty() && options.patch[s] != m.patch) {
+      m.patch = options.patch[s];
+      m.outlook = factors.outlook(m.patch);
+    }
+    factors.view(sensor.position, sensor.normal.stableNormalized(), static_cast<std::uint64_t>(s), m.view,
+                 m.outlook ? &*m.outlook : nullptr);
     m.sum.setZero(bands);
     m.variance.setZero(bands);
     for (std::size_t k = 0; k < m.view.rays.size(); k += 2) {

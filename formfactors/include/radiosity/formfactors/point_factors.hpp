@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "radiosity/formfactors/visibility.hpp"
@@ -39,13 +40,30 @@ class PointFactors {
     std::vector<Ray> rays;
   };
 
+  /// What all points of a patch have in common: lamps in front of it, what may stand between, and the walls that touch it.
+  struct Outlook {
+    struct Lamp {
+      std::size_t number;       ///< among all lamps
+      std::vector<Vec3> front;  ///< the part in front of the patch
+      bool free;                ///< nothing stands between
+      std::vector<int> between;
+    };
+    std::vector<Lamp> lamps;  ///< but those that none of its points sees
+    std::vector<std::size_t> walls;
+  };
+
   /// Singles are the patches that emit, unless they are more than kMostLamps: rays would find them by chance only. Near patches among
   /// them would cost more than rays that bring the variance down by as much.
   /// Lambert's formula [Lambert1760] for what is left of the patch when the horizon and the shadows of the walls are cut
   /// away: exact. Where the scene has too many walls, or more than a few stand between, the formula for the whole patch less what
   /// stratified shadow rays find hidden: unbiased, with the variance that pairs of rays in one stratum tell.
-  /// The stream of random numbers depends on the seed and `stream`.
-  void view(const Vec3& x, const Vec3& n, std::uint64_t stream, View& view) const;
+  /// The stream of random numbers depends on the seed and `stream`. With the outlook of the patch that x lies on, the same at less
+  /// cost.
+  void view(const Vec3& x, const Vec3& n, std::uint64_t stream, View& view,
+            const Outlook* outlook = nullptr) const;
+
+  /// Nothing where the patch is not convex, or the scene has too many walls. Pays where several points of a patch are asked of.
+  std::optional<Outlook> outlook(Index patch) const;
 
   Index rays() const;
   static constexpr std::size_t kMostLamps = 1024;

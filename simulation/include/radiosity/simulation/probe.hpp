@@ -19,6 +19,8 @@ struct Sensor {
 struct ProbeOptions {
   Index samples = 1152;    ///< rays per sensor, rounded up to 32 k²
   std::uint64_t seed = 1;  ///< of the random numbers, one stream per sensor
+  std::span<const Index> patch =
+      {};  ///< of each sensor, the one that it lies on; empty where that is not known, which costs more
   Progress progress = {};
 };
 
