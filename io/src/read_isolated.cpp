@@ -39,6 +39,10 @@ void pack(Packer& packer, const MeshFile& mesh) {
     pack(packer, material.reflectance);
     pack(packer, material.emission);
     packer.put(material.sides);
+    pack(packer, material.specular);
+    pack(packer, material.transmission);
+    packer.put(material.shininess);
+    packer.put(material.refractive_index);
     pack(packer, material.undefined);
   }
   packer.put(mesh.warnings.size());
@@ -60,6 +64,10 @@ MeshFile take_mesh(Unpacker& unpacker) {
     material.reflectance = take_bands(unpacker);
     material.emission = take_bands(unpacker);
     material.sides = unpacker.take<Sides>();
+    material.specular = take_bands(unpacker);
+    material.transmission = take_bands(unpacker);
+    material.shininess = unpacker.take<double>();
+    material.refractive_index = unpacker.take<double>();
     material.undefined = take_text(unpacker);
     mesh.materials.push_back(std::move(material));
   }

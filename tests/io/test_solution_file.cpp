@@ -221,11 +221,13 @@ TEST(ReadSolution, KeepsMirrorsAndGlass) {
   for (const Material& glass : {solved[0], as_scene[1]}) {
     EXPECT_EQ(glass.name, "lamp");
     EXPECT_TRUE((specular(glass) == 0).all());
+    ASSERT_EQ(glass.transmission.size(), 2);
     EXPECT_TRUE((glass.transmission == materials[0].transmission).all());
     EXPECT_EQ(glass.refractive_index, 1.52);
     EXPECT_TRUE(std::isinf(glass.shininess));
   }
   for (const Material& gloss : {solved[1], as_scene[0]}) {
+    ASSERT_EQ(gloss.specular.size(), 2);
     EXPECT_TRUE((gloss.specular == materials[1].specular).all());
     EXPECT_EQ(gloss.shininess, 12.5);
     EXPECT_EQ(gloss.refractive_index, 1);
