@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -10,12 +9,14 @@
 #include <vector>
 
 #include "cases/scenes.hpp"
+#include "radiosity/formfactors/sampling.hpp"
 #include "radiosity/formfactors/visibility.hpp"
 #include "radiosity/io/report.hpp"
 #include "radiosity/io/solution_file.hpp"
 #include "radiosity/meshing/make_patches.hpp"
 #include "radiosity/rendering/path_traced.hpp"
 #include "radiosity/simulation/solve_scene.hpp"
+#include "radiosity/simulation/stopwatch.hpp"
 
 /// Office buildings with more and more elements: seconds of each stage, memory, and the true error, from path tracing at random places.
 namespace {
@@ -45,11 +46,7 @@ Truth truth(const Scene& scene, const PatchMesh& mesh, const BandArray& irradian
   while (static_cast<Index>(chosen.size()) < places) {
     const auto e =
         static_cast<Index>(std::upper_bound(up_to.begin(), up_to.end(), draw() * area) - up_to.begin());
-    const auto triangles = mesh.triangles(e);
-    const auto& t = triangles[random() % triangles.size()];
-    const double root = std::sqrt(draw()), s = draw();
-    const Vec3 x =
-        (1 - root) * mesh.vertex(t[0]) + root * (1 - s) * mesh.vertex(t[1]) + root * s * mesh.vertex(t[2]);
+    const Vec3 x = PatchSampler(mesh, e).at({draw(), draw()});
     const Vec3& n = mesh.normal(e);
     // A place under a leg or behind a board that touches it is inside of that.
     if (!visibility.first_hit(x + 1e-4 * n, n).front) continue;
@@ -102,15 +99,14 @@ int main(int argc, char** argv) {
       "noise % | stated % | true % | ± % |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   const auto file = std::filesystem::temp_directory_path() / "bench_scale.vtp";
   for (const double size : sizes) {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch all;
     SceneSettings settings;
     settings.patches = PatchSize{patch_size};
     if (!method.empty()) settings.method = method;
     settings.elements = ElementSize{size};
     settings.element_samples = samples;
     const SolvedScene solved = solve_scene(scene, settings);
-    const auto solved_at = std::chrono::steady_clock::now();
-    const auto seconds = [](auto from, auto to) { return std::chrono::duration<double>(to - from).count(); };
+    const Stopwatch writing;
     double bytes = 0;
     {
       const SolvedScene::Told told = solved.told_of_setup(0);
@@ -118,7 +114,7 @@ int main(int argc, char** argv) {
       bytes = static_cast<double>(std::filesystem::file_size(file));
       std::filesystem::remove(file);
     }
-    const auto written = std::chrono::steady_clock::now();
+    const double write_seconds = writing.elapsed(), all_seconds = all.elapsed();
     const double memory = static_cast<double>(peak_memory_bytes());
     const Elements& elements = *solved.elements;
     const Truth t = places > 0 ? truth(scene, elements.mesh, elements.irradiance, places, paths) : Truth{};
@@ -128,8 +124,7 @@ int main(int argc, char** argv) {
         "| {} | "
         "{:.2f} | {:.2f} |\n",
         solved.patches.mesh.patch_count(), elements.mesh.patch_count(), s.mesh, s.form_factors, s.solve,
-        s.error, s.elements, seconds(solved_at, written), seconds(start, written), memory / 1e9, bytes / 1e6,
-        100 * elements.noise(),
+        s.error, s.elements, write_seconds, all_seconds, memory / 1e9, bytes / 1e6, 100 * elements.noise(),
         solved.error && solved.error->total ? fmt::format("{:.2f}", 100 * *solved.error->total) : "unknown",
         100 * t.error, 100 * t.noise);
     std::fflush(stdout);

@@ -6,6 +6,7 @@
 #include <array>
 
 #include "radiosity/meshing/error.hpp"
+#include "radiosity/meshing/find_named.hpp"
 
 namespace radiosity {
 namespace {
@@ -35,13 +36,7 @@ std::span<const FormFactorMethodInfo> form_factor_methods() {
 }
 
 const FormFactorMethodInfo& find_form_factor_method(std::string_view name) {
-  std::string names;
-  for (const auto& method : kMethods) {
-    if (method.name == name) return method;
-    names += names.empty() ? "" : ", ";
-    names += method.name;
-  }
-  throw InputError(fmt::format("form factor method '{}' is unknown; there are {}", name, names));
+  return find_named(kMethods, "form factor method", name);
 }
 
 std::unique_ptr<FormFactorMethod> FormFactorMethodInfo::make(const Visibility& visibility,

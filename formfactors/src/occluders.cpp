@@ -118,7 +118,7 @@ double slack(const PatchMesh& mesh) {
 Occluders::Occluders(const PatchMesh& mesh, const std::vector<Facet>& facets,
                      const std::vector<PatchGroup>& groups, const Vec3& origin)
     : slack_(slack(mesh)), groups_(groups) {
-  usable_ = take(facets, origin, mesh.patch_count()) && polygons_.size() <= kMost;
+  usable_ = take(facets, origin, mesh.patch_count(), kMost);
   if (!usable_) return;
   clear(patch_sides_, mesh.patch_count());
   clear(group_sides_, groups.size());
@@ -126,14 +126,7 @@ Occluders::Occluders(const PatchMesh& mesh, const std::vector<Facet>& facets,
     const PatchGroup& group = groups[g];
     const std::size_t other_side = facets[group.facet].back;
     mark(group_sides_, g, group.corners, group.normal, group.offset, group.facet, other_side);
-    std::vector<Vec3> corners;
-    for (const Index i : group.patches) {
-      corners.clear();
-      for (const Index v : mesh.corners(i)) corners.push_back(mesh.vertex(v) - origin);
-      const Vec3& normal = mesh.normal(i);
-      mark(patch_sides_, static_cast<std::size_t>(i), corners, normal, normal.dot(mesh.centroid(i) - origin),
-           group.facet, other_side);
-    }
+    for (const Index i : group.patches) mark(patch_sides_, i, mesh, i, origin, group.facet, other_side);
   });
   for (const PatchGroup& group : groups) group_boxes_.push_back(box_of(group.corners));
 }
@@ -141,19 +134,17 @@ Occluders::Occluders(const PatchMesh& mesh, const std::vector<Facet>& facets,
 Occluders::Occluders(const PatchMesh& mesh, const std::vector<Facet>& facets, std::span<const Index> facet_of,
                      std::span<const Index> lamps, const Vec3& origin)
     : slack_(slack(mesh)) {
-  usable_ = take(facets, origin, lamps.size());
+  usable_ = take(facets, origin, lamps.size(), std::numeric_limits<std::size_t>::max());
   if (!usable_) return;
   clear(patch_sides_, lamps.size());
   tbb::parallel_for(std::size_t{0}, lamps.size(), [&](std::size_t k) {
-    const Index j = lamps[k];
-    std::vector<Vec3> corners;
-    for (const Index v : mesh.corners(j)) corners.push_back(mesh.vertex(v) - origin);
-    mark(patch_sides_, k, corners, mesh.normal(j), mesh.normal(j).dot(mesh.centroid(j) - origin), facet_of[j],
-         facets[facet_of[j]].back);
+    const Index facet = facet_of[lamps[k]];
+    mark(patch_sides_, k, mesh, lamps[k], origin, facet, facets[facet].back);
   });
 }
 
-bool Occluders::take(const std::vector<Facet>& facets, const Vec3& origin, std::size_t patches) {
+bool Occluders::take(const std::vector<Facet>& facets, const Vec3& origin, std::size_t patches,
+                     std::size_t most) {
   constexpr std::size_t kMostBytes = 1 << 28;
   for (std::size_t f = 0; f < facets.size(); ++f) {
     for (const Facet::Piece& piece : facets[f].pieces) {
@@ -167,7 +158,7 @@ bool Occluders::take(const std::vector<Facet>& facets, const Vec3& origin, std::
       polygons_.push_back(std::move(polygon));
     }
     words_ = (polygons_.size() + 63) / 64;
-    if (3 * sizeof(std::uint64_t) * words_ * patches > kMostBytes) return false;
+    if (polygons_.size() > most || 3 * sizeof(std::uint64_t) * words_ * patches > kMostBytes) return false;
   }
   return true;
 }
@@ -264,6 +255,28 @@ void Occluders::mark(Sides& sides, std::size_t i, std::span<const Vec3> corners,
   }
 }
 
+void Occluders::mark(Sides& sides, std::size_t i, const PatchMesh& mesh, Index patch, const Vec3& origin,
+                     std::size_t facet, std::size_t other_side) const {
+  thread_local std::vector<Vec3> corners;
+  corners.clear();
+  for (const Index v : mesh.corners(patch)) corners.push_back(mesh.vertex(v) - origin);
+  const Vec3& normal = mesh.normal(patch);
+  mark(sides, i, corners, normal, normal.dot(mesh.centroid(patch) - origin), facet, other_side);
+}
+
+void Occluders::between(const Sides& a, std::size_t i, const Sides& b, std::size_t j, const Box& box,
+                        std::vector<int>& result) const {
+  result.clear();
+  for (std::size_t w = 0; w < words_; ++w) {
+    const std::size_t p = i * words_ + w, q = j * words_ + w;
+    std::uint64_t bits = ~(a.front[p] & b.front[q]) & ~(a.back[p] & b.back[q]) & a.facing[p] & b.facing[q];
+    for (; bits != 0; bits &= bits - 1) {
+      const int o = static_cast<int>(w * 64) + std::countr_zero(bits);
+      if (box.intersects(polygons_[o].box)) result.push_back(o);
+    }
+  }
+}
+
 // Planes through an edge of one and a corner of the other that have both on one side.
 void Occluders::make_shaft(std::span<const Vec3> p, std::span<const Vec3> q, Scratch& scratch) const {
   scratch.shaft.clear();
@@ -341,19 +354,7 @@ bool Occluders::hides(const Convex& polygon, std::span<const Vec3> p, std::span<
 
 Occluders::View Occluders::approach(Index i, std::span<const Vec3> p, std::size_t g, Scratch& scratch) const {
   const Box box = group_boxes_[g].merged(box_of(p));
-  scratch.near.clear();
-  for (std::size_t w = 0; w < words_; ++w) {
-    const std::size_t a = static_cast<std::size_t>(i) * words_ + w;
-    const std::size_t b = g * words_ + w;
-    // What has both on one side, or lies behind one of them, cannot stand between them.
-    std::uint64_t between = ~(patch_sides_.front[a] & group_sides_.front[b]) &
-                            ~(patch_sides_.back[a] & group_sides_.back[b]) & patch_sides_.facing[a] &
-                            group_sides_.facing[b];
-    for (; between != 0; between &= between - 1) {
-      const int o = static_cast<int>(w * 64) + std::countr_zero(between);
-      if (box.intersects(polygons_[o].box)) scratch.near.push_back(o);
-    }
-  }
+  between(patch_sides_, i, group_sides_, g, box, scratch.near);
   const PatchGroup& group = groups_[g];
   if (!scratch.near.empty() && group.patches.size() > 1) {
     make_shaft(p, group.corners, scratch);
@@ -435,18 +436,8 @@ void Occluders::look_from(std::span<const Vec3> p, const Vec3& n, std::size_t fa
 
 Occluders::View Occluders::classify(std::span<const Vec3> p, std::size_t lamp, std::span<const Vec3> q,
                                     Scratch& scratch) const {
-  scratch.candidates.clear();
   const Box box = box_of(p).merged(box_of(q));
-  for (std::size_t w = 0; w < words_; ++w) {
-    const std::size_t b = lamp * words_ + w;
-    std::uint64_t between = ~(scratch.sides.front[w] & patch_sides_.front[b]) &
-                            ~(scratch.sides.back[w] & patch_sides_.back[b]) & scratch.sides.facing[w] &
-                            patch_sides_.facing[b];
-    for (; between != 0; between &= between - 1) {
-      const int o = static_cast<int>(w * 64) + std::countr_zero(between);
-      if (box.intersects(polygons_[o].box)) scratch.candidates.push_back(o);
-    }
-  }
+  between(scratch.sides, 0, patch_sides_, lamp, box, scratch.candidates);
   return narrow(p, q, scratch);
 }
 

@@ -110,13 +110,19 @@ class Occluders {
   static double lowest(const Convex& polygon, const Vec3& n);
   /// The only edges of the polygon that can border on the hull of points in its plane, among others.
   static Edges edges_near(const Convex& polygon, std::span<const Vec3> points);
-  // Takes the polygons of the facets; false where masks for so many patches would take too much memory.
-  bool take(const std::vector<Facet>& facets, const Vec3& origin, std::size_t patches);
+  // Takes the polygons of the facets; false where they are more than `most`, or masks for so many patches would take too much memory.
+  bool take(const std::vector<Facet>& facets, const Vec3& origin, std::size_t patches, std::size_t most);
   void clear(Sides& sides, std::size_t count) const;
 
   // `facet` is that of the marked one, `other_side` the facet that is its back: neither ever hides anything from it.
   void mark(Sides& sides, std::size_t i, std::span<const Vec3> corners, const Vec3& normal, double offset,
             std::size_t facet, std::size_t other_side) const;
+  // The same of a patch.
+  void mark(Sides& sides, std::size_t i, const PatchMesh& mesh, Index patch, const Vec3& origin,
+            std::size_t facet, std::size_t other_side) const;
+  // What has not both a and b on one side, lies behind neither, and reaches into the box.
+  void between(const Sides& a, std::size_t i, const Sides& b, std::size_t j, const Box& box,
+               std::vector<int>& result) const;
   // Keeps of scratch.candidates what reaches into the shaft between p and q.
   View narrow(std::span<const Vec3> p, std::span<const Vec3> q, Scratch& scratch) const;
   void make_shaft(std::span<const Vec3> p, std::span<const Vec3> q, Scratch& scratch) const;

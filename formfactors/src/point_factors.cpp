@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <numbers>
 #include <optional>
@@ -32,10 +31,15 @@ struct Wall {
 struct PointFactors::Impl {
   Impl(const Visibility& v, Index rays, std::uint64_t s);
 
-  Vec3 beside(const Vec3& x, const Vec3& n, double height, const Outlook* outlook) const;
+  struct Plane {
+    Vec3 normal, point;  // normal towards the side that x is on
+  };
+  std::vector<Plane> surfaces_at(const Vec3& x, const Vec3& n, const Outlook* outlook) const;
+  bool shines_towards(const Vec3& x, Index lamp) const;
   std::vector<Vec3> front_part(const Vec3& x, const Vec3& n, Index lamp) const;
+  template <class Classify>
   void add_single(const Vec3& x, const Vec3& from, const Vec3& n, Index j, std::span<const Vec3> seen,
-                  const std::function<Occluders::View()>& classify, RandomStream& random, View& view) const;
+                  const Classify& classify, RandomStream& random, View& view) const;
   Single by_rays(const Vec3& x, const Vec3& n, Index j, double whole, RandomStream& random) const;
   void cast(const Vec3& x, const Vec3& n, RandomStream& random, View& view) const;
 
@@ -44,8 +48,8 @@ struct PointFactors::Impl {
   int blocks;  // of 4 × 4 strata along an edge of the unit square
   Vec3 centre;
   double diagonal;
-  double step;  // off a surface, in double precision
-  std::vector<Index> lamps;
+  double step;               // off a surface, in double precision
+  std::vector<Index> lamps;  // that are not covered
   std::vector<std::uint8_t> is_lamp;
   std::vector<Wall> walls;
   std::vector<Index> facet_of;         // patches
@@ -67,6 +71,7 @@ PointFactors::Impl::Impl(const Visibility& v, Index rays, std::uint64_t s)
   if (lamps.size() > kMostLamps) lamps.clear();
   is_lamp.resize(mesh.patch_count(), 0);
   for (const Index j : lamps) is_lamp[j] = 1;
+  std::erase_if(lamps, [&](Index j) { return visibility.covered(j); });
   for (const Facet& facet : visibility.facets()) {
     for (const Facet::Piece& piece : facet.pieces) {
       Wall& wall = walls.emplace_back(Wall{piece.corners, piece.normal, {}});
@@ -88,13 +93,10 @@ PointFactors::Impl::Impl(const Visibility& v, Index rays, std::uint64_t s)
 
 // Points are relative to the centre from here on.
 
-// x, or where it lies on surfaces, a point at least `height` from each of them. Where several meet, to step off one may lead back
-// to another: repeated, the steps converge.
-Vec3 PointFactors::Impl::beside(const Vec3& x, const Vec3& n, double height, const Outlook* outlook) const {
+// Those that x lies on.
+std::vector<PointFactors::Impl::Plane> PointFactors::Impl::surfaces_at(const Vec3& x, const Vec3& n,
+                                                                       const Outlook* outlook) const {
   const double touch = tolerance::kContact * diagonal;
-  struct Plane {
-    Vec3 normal, point;  // normal towards the side that x is on
-  };
   std::vector<Plane> planes;
   const std::size_t count = outlook ? outlook->walls.size() : walls.size();
   for (std::size_t w = 0; w < count; ++w) {
@@ -109,10 +111,19 @@ Vec3 PointFactors::Impl::beside(const Vec3& x, const Vec3& n, double height, con
     if (on)
       planes.push_back({n.dot(wall.normal) < -tolerance::kParallel ? Vec3(-wall.normal) : wall.normal, c[0]});
   }
+  return planes;
+}
+
+namespace {
+
+// x, or where it lies on surfaces, a point at least `height` from each of them. Where several meet, to step off one may lead back
+// to another: repeated, the steps converge.
+template <class Planes>
+Vec3 beside(const Vec3& x, const Planes& planes, double height) {
   constexpr int kPasses = 16;
   Vec3 y = x;
   for (int pass = 0; pass < kPasses; ++pass) {
-    for (const Plane& plane : planes) {
+    for (const auto& plane : planes) {
       const double lacking = height - plane.normal.dot(y - plane.point);
       if (lacking > 0) y += lacking * plane.normal;
     }
@@ -120,7 +131,14 @@ Vec3 PointFactors::Impl::beside(const Vec3& x, const Vec3& n, double height, con
   return y;
 }
 
-// Of a lamp that shines towards x; empty where none is above the horizon.
+}  // namespace
+
+bool PointFactors::Impl::shines_towards(const Vec3& x, Index lamp) const {
+  const PatchMesh& mesh = visibility.mesh();
+  return mesh.normal(lamp).dot(x - (mesh.centroid(lamp) - centre)) > 0;
+}
+
+// Of a lamp; empty where none is above the horizon.
 std::vector<Vec3> PointFactors::Impl::front_part(const Vec3& x, const Vec3& n, Index lamp) const {
   const PatchMesh& mesh = visibility.mesh();
   std::vector<Vec3> corners;
@@ -134,13 +152,11 @@ std::vector<Vec3> PointFactors::Impl::front_part(const Vec3& x, const Vec3& n, I
 }
 
 // Shadow rays start at `from`.
+template <class Classify>
 void PointFactors::Impl::add_single(const Vec3& x, const Vec3& from, const Vec3& n, Index j,
-                                    std::span<const Vec3> seen,
-                                    const std::function<Occluders::View()>& classify, RandomStream& random,
-                                    View& view) const {
-  const PatchMesh& mesh = visibility.mesh();
-  if (seen.empty() || mesh.normal(j).dot(x - (mesh.centroid(j) - centre)) <= 0 || visibility.covered(j))
-    return;
+                                    std::span<const Vec3> seen, const Classify& classify,
+                                    RandomStream& random, View& view) const {
+  if (seen.empty()) return;
   const double whole = point_factor(x, n, seen);
   if (!(whole > 0)) return;
   Single single{j, 0, 0};
@@ -256,11 +272,13 @@ void PointFactors::view(const Vec3& x, const Vec3& n, std::uint64_t stream, View
   RandomStream random(impl_->seed, stream);
   view.singles.clear();
   const Vec3 centred = x - impl_->centre;
-  const Vec3 near = impl_->beside(centred, n, impl_->step, outlook);
-  const Vec3 off = impl_->beside(centred, n, tolerance::kContact * impl_->diagonal, outlook);
+  const auto surfaces = impl_->surfaces_at(centred, n, outlook);
+  const Vec3 near = beside(centred, surfaces, impl_->step);
+  const Vec3 off = beside(centred, surfaces, tolerance::kContact * impl_->diagonal);
   const auto& occluders = impl_->occluders;
   if (outlook) {
     for (const Outlook::Lamp& lamp : outlook->lamps) {
+      if (!impl_->shines_towards(near, impl_->lamps[lamp.number])) continue;
       const auto classify = [&] {
         return lamp.free ? Occluders::View::free
                          : occluders->classify(near, lamp.between, lamp.number, lamp.front, scratch);
@@ -270,6 +288,7 @@ void PointFactors::view(const Vec3& x, const Vec3& n, std::uint64_t stream, View
   } else {
     if (occluders) occluders->look_from(near, n, scratch);
     for (std::size_t k = 0; k < impl_->lamps.size(); ++k) {
+      if (!impl_->shines_towards(near, impl_->lamps[k])) continue;
       const std::vector<Vec3> front = impl_->front_part(near, n, impl_->lamps[k]);
       const auto classify = [&] {
         return occluders ? occluders->classify(near, scratch.near, k, front, scratch)
@@ -295,8 +314,7 @@ std::optional<PointFactors::Outlook> PointFactors::outlook(Index patch) const {
   impl_->occluders->look_from(p, n, impl_->facet_of[patch], impl_->visibility.facets(), scratch);
   for (std::size_t k = 0; k < impl_->lamps.size(); ++k) {
     const Index j = impl_->lamps[k];
-    const Vec3 there = mesh.centroid(j) - impl_->centre;
-    if (std::all_of(p.begin(), p.end(), [&](const Vec3& x) { return mesh.normal(j).dot(x - there) <= 0; }))
+    if (std::none_of(p.begin(), p.end(), [&](const Vec3& x) { return impl_->shines_towards(x, j); }))
       continue;
     std::vector<Vec3> front = impl_->front_part(mesh.centroid(patch) - impl_->centre, n, j);
     if (front.empty()) continue;

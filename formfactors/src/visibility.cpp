@@ -234,8 +234,7 @@ Visibility::Visibility(const PatchMesh& mesh)
     : mesh_(mesh),
       centre_((mesh.lower() + mesh.upper()) / 2),
       scale_(1 / mesh.diagonal()),
-      facets_(mesh.facets() ? mesh.facets()
-                            : std::make_shared<const std::vector<Facet>>(radiosity::facets(mesh))),
+      facets_(carried_or_found_facets(mesh)),
       convex_(is_convex(*facets_, mesh.diagonal())),
       impl_(std::make_unique<Impl>()) {
   impl_->locators.reserve(facets_->size());

@@ -393,6 +393,10 @@ std::vector<Facet> facets(const PatchMesh& mesh) {
   return WallFinder(mesh).find();
 }
 
+std::shared_ptr<const std::vector<Facet>> carried_or_found_facets(const PatchMesh& mesh) {
+  return mesh.facets() ? mesh.facets() : std::make_shared<const std::vector<Facet>>(facets(mesh));
+}
+
 std::shared_ptr<const std::vector<Facet>> with_pieces(std::vector<Facet> facets,
                                                       std::span<const Index> whole_of) {
   std::size_t count = 0;

@@ -52,8 +52,7 @@ Arriving arriving(const Light& light, const Vec3& x) {
 
 std::vector<Light> lights_of_emitters(const PatchMesh& mesh) {
   std::vector<Light> lights;
-  const auto facets =
-      mesh.facets() ? mesh.facets() : std::make_shared<const std::vector<Facet>>(radiosity::facets(mesh));
+  const auto facets = carried_or_found_facets(mesh);
   for (const Facet& facet : *facets) {
     Light light{.kind = LightKind::spot, .intensity = BandValues::Zero(mesh.bands()), .surface = true};
     double area = 0, power = 0;

@@ -11,6 +11,7 @@
 #include "pipelines.hpp"
 #include "radiosity/formfactors/sampling.hpp"
 #include "radiosity/meshing/error.hpp"
+#include "radiosity/meshing/find_named.hpp"
 
 namespace radiosity {
 namespace {
@@ -127,13 +128,7 @@ std::span<const PipelineInfo> pipelines() {
 }
 
 const PipelineInfo& find_pipeline(std::string_view name) {
-  std::string names;
-  for (const auto& pipeline : kPipelines) {
-    if (pipeline.name == name) return pipeline;
-    names += names.empty() ? "" : ", ";
-    names += pipeline.name;
-  }
-  throw InputError(fmt::format("pipeline '{}' is unknown; there are {}", name, names));
+  return find_named(kPipelines, "pipeline", name);
 }
 
 }  // namespace radiosity

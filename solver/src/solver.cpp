@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "radiosity/meshing/error.hpp"
+#include "radiosity/meshing/find_named.hpp"
 #include "radiosity/meshing/tolerances.hpp"
 #include "solvers.hpp"
 
@@ -303,13 +304,7 @@ std::span<const SolverInfo> solvers() {
 }
 
 const SolverInfo& find_solver(std::string_view name) {
-  std::string names;
-  for (const auto& solver : kSolvers) {
-    if (solver.name == name) return solver;
-    names += names.empty() ? "" : ", ";
-    names += solver.name;
-  }
-  throw InputError(fmt::format("solver '{}' is unknown; there are {}", name, names));
+  return find_named(kSolvers, "solver", name);
 }
 
 }  // namespace radiosity
