@@ -12,6 +12,7 @@ int run_compare(const Options& options) {
   require_comparison_directory(options.output);
   const LoadedScene loaded = read_stage(job, options.scene);
   const SceneSettings settings = override_settings(loaded.settings, options.flags);
+  warn_of_lights(job, loaded);
   require_emission(loaded.scene, options.scene);
   const PatchOptions patches = settings.patches.value_or(PatchOptions{});
 

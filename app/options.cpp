@@ -438,7 +438,7 @@ class Parser {
                                     "settings of its scene file");
     Options::View& view = options_.view;
     add_output(command, "P.png", "The image; .exr and .hdr are in physical units, W/m² (required)");
-    command->add_option("--scene", view.camera_file, "A scene file whose [camera] is used")
+    command->add_option("--scene", view.camera_file, "A scene file whose [camera] and [lights] are used")
         ->option_text("FILE.toml")
         ->group("Camera");
     command->add_option("--camera", view.camera_name, "The scene file's [camera.NAME]")
@@ -498,6 +498,12 @@ class Parser {
             "at most their intensity")
         ->disable_flag_override()
         ->option_text(" ")
+        ->group("Image");
+    add_checked(
+        command->add_option("--attenuation-length", view.attenuation_length,
+                            "Of gouraud, phong and priority: what is seen falls to 1/e of it over so\n"
+                            "many m of air (depth cueing). Default: clear air"),
+        "METRES", positive)
         ->group("Image");
     add_time_limit(command, "Image");
     add_general(command);
@@ -631,6 +637,7 @@ class Parser {
     refuse(options_.flags.seed.has_value(), "seed", &PipelineInfo::random);
     refuse(options_.view.depth.has_value(), "depth", &PipelineInfo::recursive);
     refuse(options_.view.classical_attenuation, "classical-attenuation", &PipelineInfo::recursive);
+    refuse(options_.view.attenuation_length.has_value(), "attenuation-length", &PipelineInfo::local);
   }
 
   Options& options_;

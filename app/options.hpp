@@ -44,6 +44,7 @@ struct Options {
     Index samples = DrawOptions{}.samples;  ///< per pixel
     std::optional<int> depth;
     bool classical_attenuation = false;
+    std::optional<double> attenuation_length;  ///< m
   } view;
 };
 

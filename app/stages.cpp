@@ -107,6 +107,17 @@ void warn(Job& job, const std::vector<std::string>& warnings) {
   }
 }
 
+void warn_of_lights(Job& job, const LoadedScene& loaded) {
+  if (loaded.lights.empty()) return;
+  std::vector<std::string> names;
+  for (const Light& light : loaded.lights) names.push_back(fmt::format("[lights.{}]", light.name));
+  warn(job,
+       {fmt::format(
+           "{}: no light is taken from what has no surface; view with --pipeline ray-tracing, path-tracing "
+           "or a local one shows it",
+           fmt::join(names, ", "))});
+}
+
 LoadedScene read_stage(Job& job, const std::filesystem::path& file, MissingMaterials missing) {
   job.stage.lap();
   LoadedScene loaded = read_scene(file, missing);
@@ -351,6 +362,7 @@ void Telling::finish(const SolvedScene& solved) {
 
 SolvedScene solve_stage(Job& job, const LoadedScene& loaded, const SceneSettings& settings,
                         const std::function<void(Index iteration, const BandArray& radiosity)>& step) {
+  warn_of_lights(job, loaded);
   require_emission(loaded.scene, job.options.scene);
   Telling telling(job, settings, loaded.setups);
   SolveOptions options = telling.options();

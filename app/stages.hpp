@@ -36,6 +36,8 @@ LoadedScene read_stage(Job& job, const std::filesystem::path& file,
                        MissingMaterials missing = MissingMaterials::refuse);
 
 void warn(Job& job, const std::vector<std::string>& warnings);
+/// Names the lights that radiosity takes nothing from.
+void warn_of_lights(Job& job, const LoadedScene& loaded);
 void tell_patches(Job& job, const Patches& patches, const PatchOptions& options);
 
 /// "samples 4, resolution 128": what is in force.

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <span>
 #include <utility>
+#include <vector>
 
 #include "commands.hpp"
 #include "radiosity/io/linear_image.hpp"
@@ -27,13 +29,16 @@ struct Shown {
   bool converged = true;
 };
 
-ViewScene view_scene(PatchMesh patches, std::optional<BandArray> vertex_radiosity) {
+ViewScene view_scene(PatchMesh patches, std::optional<BandArray> vertex_radiosity,
+                     std::span<const Light> more_lights) {
   const auto mesh = std::make_shared<const PatchMesh>(std::move(patches));
-  return {mesh, std::move(vertex_radiosity), lights_of_emitters(*mesh), ambient_irradiance(*mesh)};
+  std::vector<Light> lights = lights_of_emitters(*mesh);
+  lights.insert(lights.end(), more_lights.begin(), more_lights.end());
+  return {mesh, std::move(vertex_radiosity), std::move(lights), ambient_irradiance(*mesh, more_lights)};
 }
 
 /// A .vtp without radiosity arrays is a mesh like any other.
-std::optional<Shown> read_solved(Job& job) {
+std::optional<Shown> read_solved(Job& job, std::span<const Light> lights) {
   const std::filesystem::path& file = job.options.scene;
   if (file.extension() != ".vtp" || !std::filesystem::is_regular_file(file)) return {};
   job.stage.lap();
@@ -43,7 +48,8 @@ std::optional<Shown> read_solved(Job& job) {
     job.console.line("solution", "{}, {} patches", file.string(), solved.mesh.patch_count());
     const double exposure =
         solved.exposure ? *solved.exposure : automatic_exposure(solved.mesh, solved.patch_radiosity);
-    return Shown{view_scene(std::move(solved.mesh), std::move(solved.vertex_radiosity)), exposure, {}};
+    return Shown{
+        view_scene(std::move(solved.mesh), std::move(solved.vertex_radiosity), lights), exposure, {}};
   } catch (const IoError&) {
     return {};
   }
@@ -54,13 +60,13 @@ Shown show_scene(Job& job, const PipelineInfo& pipeline) {
   if (!pipeline.solved) {
     Patches patches = make_patches(loaded.scene, KeepFaces{});
     warn(job, patches.warnings);
-    return {view_scene(std::move(patches.mesh), {}), {}, loaded.settings};
+    return {view_scene(std::move(patches.mesh), {}, loaded.lights), {}, loaded.settings};
   }
   SolvedScene solved = solve_stage(job, {loaded.scene, {}, {}, {}, {}}, loaded.settings);
   const double exposure = automatic_exposure(solved.patches.mesh, solved.solution.radiosity);
   SolvedScene::Told told = solved.told_of_setup(0);
-  return {view_scene(std::move(told.mesh), std::move(told.solution.vertex_radiosity)), exposure,
-          loaded.settings, job.report.converged};
+  return {view_scene(std::move(told.mesh), std::move(told.solution.vertex_radiosity), loaded.lights),
+          exposure, loaded.settings, job.report.converged};
 }
 
 /// [camera], or the one that is named, or the first of those that have names; nothing where there is none.
@@ -121,13 +127,16 @@ int run_view(const Options& options) {
   const Options::View& view = options.view;
   const PipelineInfo& info = find_pipeline(view.pipeline);
   std::optional<Camera> wanted;
+  std::vector<Light> lights;
   if (!view.camera_file.empty()) {
-    wanted = camera_of(read_scene(view.camera_file).settings, view.camera_name, view.camera_file);
+    LoadedScene other = read_scene(view.camera_file);
+    wanted = camera_of(other.settings, view.camera_name, view.camera_file);
+    lights = std::move(other.lights);
     if (!wanted)
       throw InputError(
           fmt::format("{}: --scene needs a scene file with a [camera]", view.camera_file.string()));
   }
-  auto solved = read_solved(job);
+  auto solved = read_solved(job, lights);
   Shown shown = solved ? *std::move(solved) : show_scene(job, info);
   if (!wanted) wanted = camera_of(shown.settings, view.camera_name, options.scene);
   const Camera camera = override_camera(wanted ? *wanted : automatic_camera(*shown.scene.mesh), view);
@@ -138,6 +147,7 @@ int run_view(const Options& options) {
   settings.seed = options.flags.seed.value_or(settings.seed);
   settings.depth = view.depth.value_or(settings.depth);
   settings.classical_attenuation = view.classical_attenuation;
+  settings.attenuation_length = view.attenuation_length.value_or(settings.attenuation_length);
   const std::unique_ptr<Pipeline> pipeline = info.make(std::move(shown.scene), settings);
 
   DrawOptions draw{.width = view.width, .height = view.height, .samples = view.samples};

@@ -63,6 +63,16 @@ class SceneBuilder {
 
   std::vector<std::string>& warnings() { return mesh_.warnings; }
 
+  /// Once the bands are known, after `build`.
+  std::vector<Light> lights() const {
+    std::vector<Light> lights;
+    for (const auto& [name, setting] : settings_.lights) {
+      lights.push_back(setting.light);
+      lights.back().intensity = spread(setting.intensity.values);
+    }
+    return lights;
+  }
+
  private:
   const MaterialSetting* setting(const std::string& name) const {
     const auto found = served_.find(name);
@@ -137,6 +147,11 @@ class SceneBuilder {
       add("specular", own && own->specular ? &*own->specular : nullptr, material.specular);
       add("transmission", own && own->transmission ? &*own->transmission : nullptr, material.transmission);
     }
+    for (const auto& [name, setting] : settings_.lights)
+      if (setting.intensity.per_band)
+        bands_.add(setting.intensity.values.size(),
+                   fmt::format("{}:{}", file_.string(), setting.intensity.line),
+                   fmt::format("light '{}'", name));
   }
 
   BandValues spread(const BandValues& values) const {
@@ -348,7 +363,8 @@ LoadedScene read_scene(const fs::path& file, MissingMaterials missing) {
     warnings.push_back(
         fmt::format("the reflectance of {} is 1 in some band: nothing is absorbed there", name_some(white)));
   std::vector<LightingSetup> setups = lighting_setups(file, setup_settings, scene);
-  return {std::move(scene), std::move(settings), std::move(setups), mesh_file, std::move(warnings)};
+  return {std::move(scene), std::move(settings), std::move(setups),
+          mesh_file,        std::move(warnings), builder.lights()};
 }
 
 void require_emission(const Scene& scene, const fs::path& file) {

@@ -8,7 +8,9 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <initializer_list>
 #include <limits>
+#include <numbers>
 
 #include "radiosity/io/nearest_name.hpp"
 #include "radiosity/io/refractive_index.hpp"
@@ -225,6 +227,89 @@ MaterialSetting read_material(const Section& section, const std::string& name) {
   return material;
 }
 
+Vec3 read_direction(const Section& section, const std::string& owner) {
+  const auto direction = section.vector("direction");
+  if (!direction) section.fail(section.line(), fmt::format("{} needs the key 'direction'", owner));
+  if (direction->squaredNorm() == 0)
+    section.fail(line_of(*section.find("direction")), fmt::format("{}: direction 0 0 0 is none", owner));
+  return direction->normalized();
+}
+
+LightSetting read_light(const Section& section, const std::string& name) {
+  const std::string owner = fmt::format("light '{}'", name);
+  const auto type = section.text("type");
+  if (!type) section.fail(section.line(), fmt::format("{} needs the key 'type'", owner));
+  LightSetting setting{.line = section.line(), .light = {.name = name}, .intensity = {}};
+  Light& light = setting.light;
+  std::vector<std::string> keys{"type"};
+  const auto may_have = [&](std::initializer_list<const char*> more) {
+    keys.insert(keys.end(), more.begin(), more.end());
+  };
+  if (*type == "point") {
+    may_have({"position", "intensity", "power", "attenuation"});
+  } else if (*type == "directional") {
+    light.kind = LightKind::directional;
+    may_have({"direction", "irradiance"});
+  } else if (*type == "spot") {
+    light.kind = LightKind::spot;
+    may_have({"position", "intensity", "power", "attenuation", "direction", "exponent", "cone_deg",
+              "inner_cone_deg"});
+  } else {
+    section.fail(
+        line_of(*section.find("type")),
+        fmt::format("{}: type = \"{}\" must be \"point\", \"directional\" or \"spot\"", owner, *type));
+  }
+  section.allow_only(keys);
+  const auto not_negative = [](double value) { return value >= 0 && std::isfinite(value); };
+  if (light.kind != LightKind::point) light.direction = read_direction(section, owner);
+  if (light.kind == LightKind::directional) {
+    const auto irradiance = section.bands("irradiance", owner, "negative or not finite (W/m²)", not_negative);
+    if (!irradiance) section.fail(section.line(), fmt::format("{} needs the key 'irradiance'", owner));
+    setting.intensity = *irradiance;
+    return setting;
+  }
+  const auto position = section.vector("position");
+  if (!position) section.fail(section.line(), fmt::format("{} needs the key 'position'", owner));
+  light.position = *position;
+  if (const auto attenuation = section.vector("attenuation")) {
+    if (attenuation->minCoeff() < 0 || attenuation->sum() == 0)
+      section.fail(line_of(*section.find("attenuation")),
+                   fmt::format("{}: attenuation {} {} {} must not be negative, and not all 0", owner,
+                               attenuation->x(), attenuation->y(), attenuation->z()));
+    light.attenuation = {attenuation->x(), attenuation->y(), attenuation->z()};
+  }
+  if (light.kind == LightKind::spot) {
+    const auto radians = [](double degrees) { return degrees * std::numbers::pi / 180; };
+    light.exponent = section.number("exponent", "at least 0 and finite", not_negative).value_or(0);
+    const double outer = section
+                             .number("cone_deg", "a half-angle above 0, at most 90",
+                                     [](double value) { return value > 0 && value <= 90; })
+                             .value_or(90);
+    const double inner = section
+                             .number("inner_cone_deg", "a half-angle from 0 to that of the cone",
+                                     [&](double value) { return value >= 0 && value <= outer; })
+                             .value_or(outer);
+    light.cos_outer = outer == 90 ? 0 : std::cos(radians(outer));
+    light.cos_inner = inner == 90 ? 0 : std::cos(radians(inner));
+  }
+  const auto intensity = section.bands("intensity", owner, "negative or not finite (W/sr)", not_negative);
+  const auto power = section.bands("power", owner, "negative or not finite (W)", not_negative);
+  if (intensity && power)
+    section.fail(std::max(intensity->line, power->line),
+                 fmt::format("{}: intensity (W/sr) and power (W) exclude each other", owner));
+  if (!intensity && !power)
+    section.fail(section.line(), fmt::format("{} needs the key 'intensity' (W/sr) or 'power' (W)", owner));
+  setting.intensity = intensity ? *intensity : *power;
+  if (power) {
+    if (light.attenuation != Light{}.attenuation)
+      section.fail(power->line, fmt::format("{}: with an attenuation of its own it has no power; give its "
+                                            "intensity",
+                                            owner));
+    setting.intensity.values /= solid_angle(light);
+  }
+  return setting;
+}
+
 SetupSetting read_setup(const Section& section, const std::string& name) {
   if (!is_bare_key(name))  // it becomes part of a file's name
     section.fail(section.line(),
@@ -290,6 +375,7 @@ void read_cameras(const Section& section, SceneSettings& settings) {
     const Section named = *section.section(name, "camera." + name);
     named.allow_only(kCameraKeys);
     settings.cameras[name] = read_camera(named);
+    settings.cameras[name].name = name;
   }
   if (own || settings.cameras.empty()) settings.camera = read_camera(section);
 }
@@ -339,7 +425,7 @@ SceneFile read_scene_file(const std::filesystem::path& file) {
   }
   const Section top(file, table, "");
   top.allow_only({"mesh", "units", "flip", "sides", "undefined", "materials", "patches", "elements",
-                  "form_factors", "solver", "camera", "setup"});
+                  "form_factors", "solver", "camera", "setup", "lights"});
 
   SceneFile scene;
   const auto mesh = top.text("mesh");
@@ -354,6 +440,12 @@ SceneFile read_scene_file(const std::filesystem::path& file) {
     for (const auto& [key, node] : materials->table()) {
       const std::string name(key.str());
       scene.materials[name] = read_material(*materials->section(name, "materials." + name), name);
+    }
+
+  if (const auto lights = top.section("lights", "lights"))
+    for (const auto& [key, node] : lights->table()) {
+      const std::string name(key.str());
+      scene.lights[name] = read_light(*lights->section(name, "lights." + name), name);
     }
 
   if (const auto setups = top.section("setup", "setup"))

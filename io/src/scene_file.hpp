@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "radiosity/io/read_scene.hpp"
+#include "radiosity/meshing/light.hpp"
 
 namespace radiosity {
 
@@ -30,6 +31,13 @@ struct MaterialSetting {
   std::optional<double> shininess, refractive_index;
 };
 
+/// [lights.NAME], all but the bands of its intensity
+struct LightSetting {
+  int line = 0;
+  Light light;
+  BandSetting intensity;
+};
+
 /// [setup.NAME]: a factor on the emission of each material that is named, or fits a pattern
 struct SetupSetting {
   int line = 0;
@@ -43,6 +51,7 @@ struct SceneFile {
   bool default_for_undefined = false;  ///< [materials.default] serves names that nothing defines
   std::optional<Sides> sides;          ///< of materials that do not say
   std::map<std::string, MaterialSetting> materials;
+  std::map<std::string, LightSetting> lights;
   std::map<std::string, SetupSetting> setups;
   SceneSettings settings;
 };

@@ -12,8 +12,9 @@ namespace {
 
 class Gouraud final : public Pipeline {
  public:
-  explicit Gouraud(ViewScene drawn)
+  Gouraud(ViewScene drawn, double attenuation_length)
       : Pipeline(std::move(drawn)),
+        attenuation_length_(attenuation_length),
         polygons_(triangles_of(mesh())),
         normals_(vertex_normals(mesh())),
         diffuse_(BandArray::Zero(mesh().vertex_count(), mesh().bands())),
@@ -41,9 +42,13 @@ class Gouraud final : public Pipeline {
       });
     }
     rasterise(polygons_, highlights_ ? shining : diffuse_, {}, eye, grid,
-              [&](Eigen::Index point, const Fragment& seen) { values.row(point) = seen.values.transpose(); });
+              [&](Eigen::Index point, const Fragment& seen) {
+                values.row(point) =
+                    through_air(seen, eye.position(), attenuation_length_) * seen.values.transpose();
+              });
   }
 
+  double attenuation_length_;
   Polygons polygons_;
   std::vector<Vec3> normals_;
   BandArray diffuse_;  // what the vertices show from everywhere
@@ -52,8 +57,8 @@ class Gouraud final : public Pipeline {
 
 }  // namespace
 
-std::unique_ptr<Pipeline> make_gouraud(ViewScene scene, const PipelineOptions&) {
-  return std::make_unique<Gouraud>(std::move(scene));
+std::unique_ptr<Pipeline> make_gouraud(ViewScene scene, const PipelineOptions& options) {
+  return std::make_unique<Gouraud>(std::move(scene), options.attenuation_length);
 }
 
 }  // namespace radiosity

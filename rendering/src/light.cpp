@@ -1,39 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "radiosity/rendering/light.hpp"
 
-#include <fmt/format.h>
-
-#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
-#include "radiosity/meshing/error.hpp"
 #include "radiosity/meshing/facets.hpp"
 
 namespace radiosity {
-
-void validate(const Light& light, Index bands) {
-  const auto fail = [&](const std::string& rule) {
-    throw InputError(fmt::format("light '{}': {}", light.name, rule));
-  };
-  if (light.intensity.size() != bands)
-    fail(fmt::format("intensity has {} bands, but the scene has {}", light.intensity.size(), bands));
-  for (Index b = 0; b < bands; ++b)
-    if (!(light.intensity[b] >= 0 && std::isfinite(light.intensity[b])))
-      fail(fmt::format("intensity {} in band {} is not finite and at least 0", light.intensity[b], b));
-  const auto& [c1, c2, c3] = light.attenuation;
-  const double sum = c1 + c2 + c3;
-  if (light.kind != LightKind::directional &&
-      !(std::min({c1, c2, c3}) >= 0 && sum > 0 && std::isfinite(sum) && light.position.allFinite()))
-    fail(fmt::format("attenuation {} {} {} must be finite, not negative and not all 0, at a finite position",
-                     c1, c2, c3));
-  if (light.kind != LightKind::point && !(std::abs(light.direction.norm() - 1) < 1e-9))
-    fail(fmt::format("direction {} {} {} is not of length 1", light.direction.x(), light.direction.y(),
-                     light.direction.z()));
-  if (light.kind == LightKind::spot && !(light.exponent >= 0 && std::isfinite(light.exponent)))
-    fail(fmt::format("exponent {} is not finite and at least 0", light.exponent));
-}
 
 Arriving arriving(const Light& light, const Vec3& x) {
   if (light.kind == LightKind::directional)
@@ -42,11 +17,7 @@ Arriving arriving(const Light& light, const Vec3& x) {
   const double d = way.norm();
   const auto& [c1, c2, c3] = light.attenuation;
   Arriving result{d > 0 ? Vec3(way / d) : Vec3(-light.direction), d, 1 / (c1 + c2 * d + c3 * d * d)};
-  if (light.kind == LightKind::spot) {
-    const double cosine = -result.to.dot(light.direction);
-    // std::pow(cosine, 1) is cosine, and takes longer than all the rest.
-    result.share *= cosine > 0 ? light.exponent == 1 ? cosine : std::pow(cosine, light.exponent) : 0;
-  }
+  if (light.kind == LightKind::spot) result.share *= spot_share(light, -result.to.dot(light.direction));
   return result;
 }
 
@@ -74,13 +45,17 @@ std::vector<Light> lights_of_emitters(const PatchMesh& mesh) {
   return lights;
 }
 
-BandValues ambient_irradiance(const PatchMesh& mesh) {
+BandValues ambient_irradiance(const PatchMesh& mesh, std::span<const Light> lights) {
   const double area = mesh.areas().sum();
   const auto mean = [&](const BandArray& values) {
     return BandValues((values.colwise() * mesh.areas()).colwise().sum().transpose() / area);
   };
   const BandValues reflected = mean(mesh.reflectance()), absorbed = mean(mesh.absorptance());
-  return (absorbed > 0).select(mean(mesh.emission()) * reflected / absorbed, 0.0);
+  BandValues emitted = mean(mesh.emission());
+  for (const Light& light : lights)
+    if (!light.surface && light.attenuation == std::array<double, 3>{0, 0, 1})
+      emitted += solid_angle(light) / area * light.intensity;
+  return (absorbed > 0).select(emitted * reflected / absorbed, 0.0);
 }
 
 }  // namespace radiosity

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cmath>
+
 #include "rasteriser.hpp"
 
 namespace radiosity {
@@ -21,6 +23,11 @@ bool has_highlights(const Material& material);
 
 /// Both, of a sample whose values are a normal: an interpolated one, which is made a unit vector again.
 void light(const ViewScene& scene, const Fragment& fragment, const Vec3& eye, Bands result);
+
+/// What the air between leaves of a sample: exp(−d / length), d the distance to the eye (depth cueing).
+inline double through_air(const Fragment& fragment, const Vec3& eye, double length) {
+  return std::exp(-(fragment.x - eye).norm() / length);
+}
 
 /// A row for each vertex, as they are interpolated.
 BandArray rows(const std::vector<Vec3>& normals);

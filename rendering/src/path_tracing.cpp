@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include "pipelines.hpp"
@@ -71,13 +72,17 @@ class Emitters {
 /// whose second part gives back at most k_s and becomes a mirror as n → ∞ [Neumann1999], and refracts the share k_t by Snell's law, which
 /// is mirrored where all is reflected. All this holds for light from behind as well, where light is let through. Where the surface is a
 /// sheet, with a patch on either side, it is thin, and light goes straight through it. Transported is L / η², so that what refraction
-/// does to radiance needs no factor. Light of emitters is found from each point by two ways, a point on them and the next direction of
+/// does to radiance needs no factor. Lights that are no surfaces are looked for from each point, straight through sheets; no path that is
+/// refracted or mirrored on its way could find them. Light of emitters is found from each point by two ways, a point on them and the next direction of
 /// the path, which share it by the balance heuristic [VeachGuibas1995]. A path goes on with the share of its light that does, in the
 /// band where that is most (Russian roulette), and weighs the more: no bias.
 class PathTracing final : public Pipeline {
  public:
   PathTracing(ViewScene drawn, const PipelineOptions& options)
-      : Pipeline(std::move(drawn)), caster_(mesh()), emitters_(mesh()), seed_(options.seed) {}
+      : Pipeline(std::move(drawn)), caster_(mesh()), emitters_(mesh()), seed_(options.seed) {
+    for (const Light& light : scene().lights)
+      if (!light.surface) lights_.emplace_back(light, light.intensity.transpose());
+  }
 
   Index bands() const { return mesh().bands(); }
 
@@ -135,7 +140,10 @@ class PathTracing final : public Pipeline {
       const bool mirror_like = std::isinf(finish.shininess);
       const Vec3 mirror = mirrored(d, hit->n);
       const Rough rough{hit->n, mirror, diffuse, mirror_like ? 0 : gloss, finish.shininess};
-      if (rough.diffuse + rough.lobe > 0) add_direct(*hit, rough, finish, weight, random, sum);
+      if (rough.diffuse + rough.lobe > 0) {
+        add_direct(*hit, rough, finish, weight, random, sum);
+        add_lights(*hit, rough, finish, weight, sum);
+      }
 
       const double event = random.uniform();
       origin = hit->x;
@@ -205,6 +213,21 @@ class PathTracing final : public Pipeline {
     sum += light * caster_.finish(point.patch).emission;
   }
 
+  /// Light without extent: π f cosθ H.
+  void add_lights(const SurfaceHit& at, const Rough& rough, const Finish& finish, const Bands& weight,
+                  Row sum) const {
+    for (const auto& [light, intensity] : lights_) {
+      const Arriving arrived = arriving(light, at.x);
+      const double cosine = at.n.dot(arrived.to);
+      if (!(cosine > 0 && arrived.share > 0)) continue;
+      Bands given = weight;
+      rough.weigh(finish, arrived.to, pi * cosine * arrived.share, given);
+      given *= intensity;
+      caster_.dim(at, arrived.to, arrived.distance, given, true);
+      sum += given;
+    }
+  }
+
   /// What is left to directions of the light of an emitter that one has met.
   double share_of_direction(const SurfaceHit& hit, const Vec3& d, double density) const {
     if (density == kDelta) return 1;
@@ -228,6 +251,7 @@ class PathTracing final : public Pipeline {
 
   RayCaster caster_;
   Emitters emitters_;
+  std::vector<std::pair<Light, Bands>> lights_;  // without extent, and their intensity as a row
   std::uint64_t seed_;
 };
 

@@ -5,30 +5,35 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <numbers>
 #include <numeric>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "pipelines.hpp"
 #include "radiosity/formfactors/sampling.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/meshing/find_named.hpp"
+#include "ray_caster.hpp"
 
 namespace radiosity {
 namespace {
 
 constexpr std::array<PipelineInfo, 6> kPipelines{{
     {"radiosity", "visible surfaces, vertex radiosities interpolated, no lighting step", "Goral1984", true,
-     false, false, make_second_pass},
+     false, false, false, make_second_pass},
     {"gouraud", "z-buffer, local lighting of the vertices, interpolated; no shadows",
-     "Gouraud1971, Catmull1974", false, false, false, make_gouraud},
+     "Gouraud1971, Catmull1974", false, false, false, true, make_gouraud},
     {"phong", "z-buffer, local lighting of each sample by interpolated normals; no shadows",
-     "Phong1975, Catmull1974", false, false, false, make_phong},
+     "Phong1975, Catmull1974", false, false, false, true, make_phong},
     {"priority", "binary space partition, drawn back to front, lighting as phong; no shadows",
-     "Fuchs1980, Phong1975", false, false, false, make_priority},
+     "Fuchs1980, Phong1975", false, false, false, true, make_priority},
     {"ray-tracing", "mirrors and glass by recursive rays, over a solution or lights without extent",
-     "Whitted1980", false, false, true, make_ray_tracing},
+     "Whitted1980", false, false, true, false, make_ray_tracing},
     {"path-tracing", "the rendering equation by random paths: the reference for all others", "Kajiya1986",
-     false, true, false, make_path_tracing},
+     false, true, false, false, make_path_tracing},
 }};
 
 /// Places of a pixel's samples: in each of the n columns and n rows that it is divided into there is one, in its middle, so that edges
@@ -58,6 +63,28 @@ LinearImage enlarged(const SampleGrid& grid, const BandArray& values) {
   return image;
 }
 
+/// Throws InputError where an eye sees nothing but backs that let no light through, whatever way it looks.
+void refuse_eye_in_matter(const PatchMesh& mesh, const Camera& camera) {
+  constexpr int kDirections = 1000;  // spread over the sphere [Gonzalez2010]
+  const RayCaster caster(mesh);
+  std::optional<SurfaceHit> nearest;
+  for (int k = 0; k < kDirections; ++k) {
+    const double z = (2 * k + 1.0) / kDirections - 1, r = std::sqrt(1 - z * z);
+    const double angle = std::numbers::pi * (3 - std::sqrt(5.0)) * k;
+    const auto hit = caster.cast(camera.position, {r * std::cos(angle), r * std::sin(angle), z});
+    if (!hit || hit->front || caster.finish(hit->patch).lets_through) return;
+    if (!nearest || hit->distance < nearest->distance) nearest = hit;
+  }
+  throw InputError(
+      fmt::format("{}: at {:.6g} {:.6g} {:.6g} it is inside of a wall or a thing: whatever way it looks it "
+                  "sees backs of surfaces, "
+                  "which are black, the nearest {:.3g} m away of material '{}' (face {}). Move it before "
+                  "fronts; or, where fronts "
+                  "look the wrong way, a scene file may say flip = true or sides = \"both\"",
+                  title(camera), camera.position.x(), camera.position.y(), camera.position.z(),
+                  nearest->distance, mesh.material_of(nearest->patch).name, mesh.surface(nearest->patch)));
+}
+
 }  // namespace
 
 Pipeline::Pipeline(ViewScene scene) : scene_(std::move(scene)) {
@@ -73,9 +100,11 @@ LinearImage Pipeline::draw(const Camera& camera, const DrawOptions& options) con
     throw InputError("a standard error needs at least two samples per pixel, not 1");
   const Pinhole eye(camera, width, height);
   BandArray values;
+  bool first = true;
   const auto look = [&](const SampleGrid& grid) {
     values.setZero(static_cast<Eigen::Index>(grid.columns()) * grid.rows(), mesh().bands());
     sample(eye, grid, values);
+    if (std::exchange(first, false) && (values == 0).all()) refuse_eye_in_matter(mesh(), camera);
     values = values.min(options.brightest);
   };
   if (options.refined)
@@ -120,6 +149,8 @@ std::unique_ptr<Pipeline> PipelineInfo::make(ViewScene scene, const PipelineOpti
     throw InputError(fmt::format("the pipeline '{}' shows a solution, and there is none", name));
   if (options.depth < 1)
     throw InputError(fmt::format("depth {}: rays must be followed to at least 1 surface", options.depth));
+  if (!(options.attenuation_length > 0))
+    throw InputError(fmt::format("attenuation length {} m: must be positive", options.attenuation_length));
   return factory(std::move(scene), options);
 }
 

@@ -32,6 +32,22 @@ std::optional<SurfaceHit> RayCaster::cast(const Vec3& origin, const Vec3& direct
   return SurfaceHit{hit.patch, hit.front, distance, x, hit.front ? normal : Vec3(-normal)};
 }
 
+void RayCaster::dim(const SurfaceHit& at, const Vec3& direction, double distance, Finish::Bands& light,
+                    bool straight_only) const {
+  Vec3 x = at.x;
+  Index from = at.patch;
+  for (int k = 0; k < tolerance::kLongestPath && (light > 0).any(); ++k) {
+    const auto met = cast(x, direction, from);
+    if (!met || ends(*met, distance)) return;
+    if (straight_only && sheet_[met->patch] == 0 && finish(met->patch).index != 1) break;
+    light *= finish(met->patch).transmitted;
+    x = met->x;
+    from = met->patch;
+    distance -= met->distance;
+  }
+  light.setZero();
+}
+
 std::optional<Vec3> RayCaster::through(const SurfaceHit& hit, const Vec3& n, const Vec3& direction) const {
   if (sheet_[hit.patch] != 0) return direction;
   const double index = finish(hit.patch).index;

@@ -44,6 +44,11 @@ class RayCaster {
   /// What was hit is where a ray of that length ends.
   bool ends(const SurfaceHit& hit, double distance) const { return hit.distance >= distance - end_; }
 
+  /// Takes from light that comes to a point of a patch from `distance` m away along a unit direction what stands between: all, or all
+  /// but the share k_t that a surface lets through, as if it did not refract. Where `straight_only`, what does refract takes all.
+  void dim(const SurfaceHit& at, const Vec3& direction, double distance, Finish::Bands& light,
+           bool straight_only = false) const;
+
   const Finish& finish(Index patch) const { return finishes_[visibility_.mesh().material(patch)]; }
 
   /// The direction of light that a surface lets through, by Snell's law; straight on through a sheet, which has a patch on either side

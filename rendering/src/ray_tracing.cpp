@@ -15,7 +15,8 @@ namespace {
 
 /// Recursive ray tracing [Whitted1980], its recursion a list of rays that wait:
 ///   I = E + ρ (H_a + Σ S_i f_att I_i (N·L)) + Σ S_i f_att I_i k_s (R·V)ⁿ + k_s I_r + k_t I_t
-/// in W/m². Over a solution its radiosity takes the place of E + ρ (…), so that only mirrors and glass are added. S_i is the product of
+/// in W/m². Over a solution its radiosity takes the place of E + ρ (…), so that only mirrors and glass are added, and lights that are no
+/// surfaces, which no solution knows. S_i is the product of
 /// k_t of what stands between point and light, whose rays are not refracted. Where a surface is dull (n < kMirrorLike), k_s I_r is left
 /// out; where it is not, it shows emitting surfaces, and their lights make no highlight. What is totally reflected adds k_t to k_s.
 /// Normals are interpolated between the vertices.
@@ -30,7 +31,10 @@ class RayTracing final : public Pipeline {
                                             : Bands(Bands::Zero(mesh().bands()))) {
     const std::vector<Vec3> normals = vertex_normals(mesh());
     for (Index v = 0; v < mesh().vertex_count(); ++v) normals_.row(v) = normals[v].transpose().array();
-    for (const Light& light : scene().lights) intensities_.push_back(light.intensity.transpose());
+    for (const Light& light : scene().lights) {
+      intensities_.push_back(light.intensity.transpose());
+      other_lights_ = other_lights_ || !light.surface;
+    }
   }
 
  private:
@@ -76,7 +80,7 @@ class RayTracing final : public Pipeline {
         sum += weight * interpolate(mesh(), *scene().vertex_radiosity, hit->patch, hit->x).transpose();
       else
         sum += weight * (finish.emission + finish.diffuse * ambient_);
-      if (!scene().vertex_radiosity || (glossy && std::isfinite(finish.shininess)))
+      if (!scene().vertex_radiosity || other_lights_ || (glossy && std::isfinite(finish.shininess)))
         add_lights(*hit, finish, n, mirror, mirror_like, weight, sum);
     }
 
@@ -118,28 +122,12 @@ class RayTracing final : public Pipeline {
                               ? std::pow(std::max(0.0, mirror.dot(arrived.to)), finish.shininess)
                               : 0;
       Bands given = lobe * finish.mirrored;
-      if (!scene().vertex_radiosity) given += cosine * finish.diffuse;
+      if (!scene().vertex_radiosity || !light.surface) given += cosine * finish.diffuse;
       if (!(given > 0).any()) continue;
       given *= weight * share * intensities_[k];
-      dim(hit, arrived, given);
+      caster_.dim(hit, arrived.to, arrived.distance, given);  // S_i
       sum += given;
     }
-  }
-
-  /// S_i: what stands between the point and the light takes all light, or lets k_t through.
-  void dim(const SurfaceHit& hit, const Arriving& light, Bands& given) const {
-    Vec3 x = hit.x;
-    Index from = hit.patch;
-    double left = light.distance;
-    for (int k = 0; k < tolerance::kLongestPath && (given > 0).any(); ++k) {
-      const auto met = caster_.cast(x, light.to, from);
-      if (!met || caster_.ends(*met, left)) return;
-      given *= caster_.finish(met->patch).transmitted;
-      x = met->x;
-      from = met->patch;
-      left -= met->distance;
-    }
-    given.setZero();
   }
 
   RayCaster caster_;
@@ -147,6 +135,7 @@ class RayTracing final : public Pipeline {
   BandArray normals_;  // vertices × 3
   Bands ambient_;
   std::vector<Bands> intensities_;  // of the lights
+  bool other_lights_ = false;       // some are no surfaces
 };
 
 }  // namespace

@@ -242,6 +242,35 @@ TEST_F(ViewCommand, WarnsWhereTheCameraSeesNoFront) {
   EXPECT_THAT(behind.out, HasSubstr("warning        the image is black"));
 }
 
+TEST_F(ViewCommand, RefusesACameraInsideOfAWall) {
+  write_cube();
+  write("cube.toml", "flip = true\n" + read("cube.toml") +
+                         "[camera.wall]\nposition = [0.5, 0.5, 0.5]\ntarget = [0.5, 0.6, 1]\n");
+  for (const char* pipeline : {"phong", "path-tracing"})
+    expect_one_error(run({"view", "cube.toml", "-o", "a.png", "--pipeline", pipeline, "--camera", "wall",
+                          "--width", "8", "--height", "8"}),
+                     1, "camera 'wall': at 0.5 0.5 0.5 it is inside of a wall or a thing");
+}
+
+TEST_F(ViewCommand, ShowsLightsThatASolveLeavesOut) {
+  write_cube();
+  write("lit.toml",
+        read("cube.toml") + "[lights.bulb]\ntype = \"point\"\nposition = [0.5, 0.5, 0.5]\npower = 50\n");
+  const Outcome solved = run({"solve", "lit.toml", "-o", "out.vtp", "--patch-size", "0.5"});
+  EXPECT_EQ(solved.status, 0);
+  EXPECT_THAT(solved.out, HasSubstr("warning        [lights.bulb]: no light is taken"));
+  for (const char* pipeline : {"gouraud", "phong", "priority", "ray-tracing", "path-tracing"}) {
+    const auto image = [&](const char* scene) {
+      EXPECT_EQ(run({"view", scene, "-o", "a.hdr", "--pipeline", pipeline, "--width", "8", "--height", "8",
+                     "--samples", "2"})
+                    .status,
+                0);
+      return read("a.hdr");
+    };
+    EXPECT_FALSE(image("cube.toml") == image("lit.toml")) << pipeline;
+  }
+}
+
 TEST_F(ViewCommand, RefusesWhatWouldHaveNoEffect) {
   write_cube();
   const auto view = [&](std::vector<std::string> more) {
@@ -250,6 +279,7 @@ TEST_F(ViewCommand, RefusesWhatWouldHaveNoEffect) {
   };
   expect_one_error(view({"--seed", "1"}), 2, "--seed has no effect with --pipeline radiosity; it belongs to");
   expect_one_error(view({"--pipeline", "path-tracing", "--depth", "3"}), 2, "it belongs to ray-tracing");
+  expect_one_error(view({"--attenuation-length", "3"}), 2, "it belongs to gouraud, phong, priority");
   expect_one_error(view({"--pipeline", "ray-traicng"}), 2, "did you mean 'ray-tracing'?");
   expect_one_error(run({"view", "cube.toml", "-o", "a.tif"}), 1, ".png, .exr or .hdr");
 }

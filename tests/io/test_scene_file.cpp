@@ -69,6 +69,66 @@ TEST_F(SceneFileTest, ReadsCamerasByName) {
               AllOf(StartsWith("scene.toml:3"), HasSubstr("[camera.door]"), HasSubstr("'position'")));
 }
 
+TEST_F(SceneFileTest, ReadsLights) {
+  const std::vector<Light> lights = read(R"([lights.a]
+type = "point"
+position = [1, 2, 3]
+power = 12.5
+[lights.b]
+type = "spot"
+position = [1, 2, 3]
+direction = [0, -2, 0]
+intensity = [1, 2, 3]
+exponent = 2
+cone_deg = 60
+inner_cone_deg = 0
+attenuation = [1, 0.5, 0]
+[lights.c]
+type = "directional"
+direction = [0, 0, 5]
+irradiance = 1000
+)")
+                                        .lights;
+  ASSERT_EQ(lights.size(), 3U);
+  for (const Light& light : lights) EXPECT_NO_THROW(validate(light, 3));
+  EXPECT_EQ(lights[0].kind, LightKind::point);
+  EXPECT_EQ(lights[0].position, Vec3(1, 2, 3));
+  EXPECT_NEAR(lights[0].intensity[2] * 4 * M_PI, 12.5, 1e-12);
+  EXPECT_EQ(lights[1].kind, LightKind::spot);
+  EXPECT_EQ(lights[1].direction, Vec3(0, -1, 0));
+  EXPECT_TRUE((lights[1].intensity == rgb(1, 2, 3)).all());
+  EXPECT_EQ(lights[1].exponent, 2);
+  EXPECT_NEAR(lights[1].cos_outer, 0.5, 1e-15);
+  EXPECT_EQ(lights[1].cos_inner, 1);
+  EXPECT_EQ(lights[1].attenuation, (std::array<double, 3>{1, 0.5, 0}));
+  EXPECT_EQ(lights[2].kind, LightKind::directional);
+  EXPECT_EQ(lights[2].direction, Vec3(0, 0, 1));
+  EXPECT_EQ(lights[2].intensity[1], 1000);
+}
+
+TEST_F(SceneFileTest, RejectsWrongLights) {
+  const std::string point = "[lights.a]\ntype = \"point\"\nposition = [0, 0, 0]\n";
+  EXPECT_THAT(error("[lights.a]\nposition = [0, 0, 0]\n"),
+              HasSubstr("scene.toml:2: light 'a' needs the key 'type'"));
+  EXPECT_THAT(error("[lights.a]\ntype = \"lamp\"\n"),
+              HasSubstr("must be \"point\", \"directional\" or \"spot\""));
+  EXPECT_THAT(error(point), HasSubstr("light 'a' needs the key 'intensity' (W/sr) or 'power' (W)"));
+  EXPECT_THAT(error(point + "intensity = 1\npower = 1\n"),
+              AllOf(StartsWith("scene.toml:6"), HasSubstr("exclude each other")));
+  EXPECT_THAT(error(point + "intensity = -1\n"), HasSubstr("intensity -1 is negative or not finite (W/sr)"));
+  EXPECT_THAT(error(point + "intensity = 1\ncone_deg = 20\n"),
+              HasSubstr("unknown key 'cone_deg' in [lights.a]"));
+  EXPECT_THAT(error(point + "intensity = 1\nattenuation = [0, 0, 0]\n"), HasSubstr("not all 0"));
+  EXPECT_THAT(error(point + "power = 1\nattenuation = [1, 0, 0]\n"), HasSubstr("has no power"));
+  EXPECT_THAT(error(point + "intensity = [1, 2]\n"), HasSubstr("light 'a' has 2 values, but"));
+  const std::string spot = "[lights.a]\ntype = \"spot\"\nposition = [0, 0, 0]\nintensity = 1\n";
+  EXPECT_THAT(error(spot), HasSubstr("light 'a' needs the key 'direction'"));
+  EXPECT_THAT(error(spot + "direction = [0, 0, 0]\n"), HasSubstr("direction 0 0 0 is none"));
+  EXPECT_THAT(
+      error(spot + "direction = [0, 0, 1]\ncone_deg = 20\ninner_cone_deg = 30\n"),
+      AllOf(StartsWith("scene.toml:8"), HasSubstr("inner_cone_deg = 30: must be a half-angle from 0")));
+}
+
 TEST_F(SceneFileTest, ReadsMirrorsAndGlass) {
   const Scene scene = read(R"([materials.floor]
 specular = [0.5, 0.25, 0]

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "radiosity/rendering/pipeline.hpp"
 
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <set>
+#include <utility>
+#include <vector>
 
 #include "io/files.hpp"
 #include "radiosity/formfactors/threads.hpp"
@@ -127,6 +130,64 @@ TEST(Pipelines, RefuseWhatCannotBeDrawn) {
   }
 }
 
+/// The closed unit cube from outside: inside of it is matter.
+ViewScene solid(Material finish) {
+  const PatchMesh cube = room({0, 0, 0}, {1, 1, 1}, false);
+  PatchMesh::Arrays arrays;
+  arrays.vertices = cube.vertices();
+  for (Index i = 0; i < cube.patch_count(); ++i) {
+    const auto corners = cube.corners(i);
+    arrays.corners.insert(arrays.corners.end(), corners.rbegin(), corners.rend());
+    arrays.patch_start.push_back(static_cast<Index>(arrays.corners.size()));
+    arrays.patch_surface.push_back(i);
+    arrays.patch_material.push_back(0);
+  }
+  arrays.materials = {std::move(finish)};
+  const auto mesh = std::make_shared<const PatchMesh>(std::move(arrays));
+  return {mesh, BandArray::Ones(mesh->vertex_count(), 1), lights_of_emitters(*mesh), {}};
+}
+
+TEST(Pipelines, RefuseAnEyeInMatter) {
+  const Material concrete = material("concrete", BandValues::Constant(1, 0.5), BandValues::Constant(1, 1));
+  Camera camera = inside();
+  camera.name = "door";
+  const DrawOptions small{.width = 8, .height = 8, .samples = 1};
+  for (const PipelineInfo& info : pipelines())
+    EXPECT_THAT(message_of<InputError>([&] { info.make(solid(concrete))->draw(camera, small); }),
+                testing::AllOf(testing::StartsWith("camera 'door': at 0.3 0.4 0.9 it is inside"),
+                               testing::HasSubstr("0.1 m away of material 'concrete' (face 5)")))
+        << info.name;
+  // In glass it is not, and outside of a room whose walls show their backs it is not either, although all that it sees is black.
+  Material glass = concrete;
+  glass.reflectance.setZero();
+  glass.transmission = BandValues::Constant(1, 1);
+  camera.position.z() = 3;
+  for (const PipelineInfo& info : pipelines()) {
+    EXPECT_NO_THROW(info.make(solid(glass))->draw(inside(), small));
+    EXPECT_TRUE((info.make(lit_scene())->draw(camera, small).radiosity == 0).all()) << info.name;
+  }
+}
+
+// Air of 1/e in 2 m, a wall that emits 3 at 0.9 m and more.
+TEST(Pipelines, OfLocalLightingSeeThroughAirThatAbsorbs) {
+  const auto wall = std::make_shared<const PatchMesh>(
+      one_patch({{-9, -9, 0}, {9, -9, 0}, {9, 9, 0}, {-9, 9, 0}}, 1)
+          .with_materials({material("wall", BandValues::Constant(1, 0.0), BandValues::Constant(1, 3))}));
+  Camera camera;
+  camera.position = {1, 1, 0.9};
+  camera.vertical_fov_deg = 90;
+  camera.target = {1, 1, 0};
+  for (const PipelineInfo& info : pipelines()) {
+    if (!info.local) continue;
+    const LinearImage image =
+        info.make({wall}, {.attenuation_length = 2})->draw(camera, {.width = 3, .height = 1, .samples = 1});
+    EXPECT_NEAR(image.radiosity(1, 0), 3 * std::exp(-0.45), 1e-12) << info.name;
+    // The middle of the next pixel is one pixel, that is 2 · 0.9 m, aside.
+    EXPECT_NEAR(image.radiosity(2, 0), 3 * std::exp(-0.9 * std::sqrt(5.0) / 2), 1e-12) << info.name;
+    EXPECT_THROW(info.make({wall}, {.attenuation_length = 0}), InputError);
+  }
+}
+
 // The edge x = 0 of a half-plane over the middle of a pixel that n samples divide into n columns: half of them, or one less or more.
 TEST(Pipelines, SpreadSamplesOverThePixel) {
   const auto half =
@@ -203,10 +264,121 @@ TEST(Lights, FollowTheirAttenuationAndDirection) {
   EXPECT_THAT(message_of<InputError>([&] { validate(point, 3); }), testing::HasSubstr("1 bands"));
 }
 
+// s by the formula, and its integral by a midpoint rule.
+TEST(Lights, OfSpotsFallOverTheirCone) {
+  Light spot{.name = "s", .kind = LightKind::spot, .intensity = BandValues::Ones(1), .exponent = 0};
+  const auto cosine = [](double degrees) { return std::cos(degrees * pi / 180); };
+  EXPECT_NEAR(solid_angle(spot), 2 * pi, 1e-15);
+  spot.cos_inner = spot.cos_outer = cosine(30);
+  EXPECT_EQ(spot_share(spot, cosine(29.9)), 1);
+  EXPECT_EQ(spot_share(spot, cosine(30.1)), 0);
+  EXPECT_NEAR(solid_angle(spot), 2 * pi * (1 - cosine(30)), 1e-15);
+  for (const double exponent : {0.0, 1.0, 3.5}) {
+    spot.exponent = exponent;
+    spot.cos_inner = cosine(20);
+    spot.cos_outer = cosine(50);
+    const double middle = (spot.cos_inner + spot.cos_outer) / 2;
+    EXPECT_NEAR(spot_share(spot, middle), std::pow(middle, exponent) / 2, 1e-15);
+    constexpr int kSteps = 100000;
+    double sum = 0;
+    for (int k = 0; k < kSteps; ++k) sum += 2 * pi * spot_share(spot, (k + 0.5) / kSteps) / kSteps;
+    EXPECT_NEAR(solid_angle(spot), sum, 1e-6);
+  }
+  std::swap(spot.cos_inner, spot.cos_outer);
+  EXPECT_THAT(message_of<InputError>([&] { validate(spot, 1); }), testing::HasSubstr("cosines of its cone"));
+}
+
+/// A floor with ρ = 0.5, small enough for lighting of its vertices, in the plane z = 0 about (1, 0, 0), and what more is there.
+ViewScene lit_floor(std::vector<Light> lights, const std::vector<std::vector<Vec3>>& loops = {},
+                    const Material& finish = {}) {
+  PatchMesh::Arrays arrays;
+  const auto add = [&](const std::vector<Vec3>& loop, Index m) {
+    for (const Vec3& x : loop) {
+      arrays.corners.push_back(static_cast<Index>(arrays.vertices.size()));
+      arrays.vertices.push_back(x);
+    }
+    arrays.patch_start.push_back(static_cast<Index>(arrays.corners.size()));
+    arrays.patch_surface.push_back(static_cast<Index>(arrays.patch_surface.size()));
+    arrays.patch_material.push_back(m);
+  };
+  constexpr double kHalf = 1e-4;
+  add({{1 - kHalf, -kHalf, 0}, {1 + kHalf, -kHalf, 0}, {1 + kHalf, kHalf, 0}, {1 - kHalf, kHalf, 0}}, 0);
+  arrays.materials = {material("floor", BandValues::Constant(1, 0.5), BandValues::Zero(1))};
+  if (!loops.empty()) arrays.materials.push_back(finish);
+  for (const auto& loop : loops) add(loop, 1);
+  return {std::make_shared<const PatchMesh>(std::move(arrays)), {}, std::move(lights), {}};
+}
+
+double at_floor(const PipelineInfo& info, const ViewScene& scene) {
+  Camera camera;
+  camera.position = {1, 0, 3};
+  camera.target = {1, 0, 0};
+  camera.vertical_fov_deg = 1e-4;
+  return info.make(scene)->draw(camera, {.width = 1, .height = 1, .samples = 1}).radiosity(0, 0);
+}
+
+// From (0, 0, 1): 45° aside of both normal and axis, d² = 2.
+TEST(Lights, ShineInAllPipelinesThatLight) {
+  Light point{.name = "p", .position = {0, 0, 1}, .intensity = BandValues::Constant(1, 8)};
+  Light spot = point;
+  spot.kind = LightKind::spot;
+  spot.exponent = 2;
+  Light sun = point;
+  sun.kind = LightKind::directional;
+  sun.direction = Vec3(3, 0, -4) / 5;
+  const double cosine = std::sqrt(0.5);
+  for (const PipelineInfo& info : pipelines()) {
+    if (info.solved) continue;
+    EXPECT_NEAR(at_floor(info, lit_floor({point})), 0.5 * 8 * cosine / 2, 1e-3) << info.name;
+    EXPECT_NEAR(at_floor(info, lit_floor({spot})), 0.5 * 8 * cosine / 2 / 2, 1e-3) << info.name;
+    EXPECT_NEAR(at_floor(info, lit_floor({sun})), 0.5 * 8 * 0.8, 1e-12) << info.name;
+    EXPECT_NEAR(at_floor(info, lit_floor({point, sun})), 0.5 * 8 * (cosine / 2 + 0.8), 1e-3) << info.name;
+  }
+}
+
+TEST(Lights, AreKeptAwayByWhatStandsInTheirWay) {
+  const Light point{.name = "p", .position = {0, 0, 1}, .intensity = BandValues::Constant(1, 8)};
+  const double free = 0.5 * 8 * std::sqrt(0.5) / 2;
+  const std::vector<Vec3> across{{0.4, -1, 0.5}, {0.6, -1, 0.5}, {0.6, 1, 0.5}, {0.4, 1, 0.5}};
+  const std::vector<Vec3> back(across.rbegin(), across.rend());
+  const Material wall = material("wall", BandValues::Constant(1, 0.0), BandValues::Zero(1));
+  Material glass = wall;
+  glass.transmission = BandValues::Constant(1, 0.75);
+  for (const char* name : {"ray-tracing", "path-tracing"}) {
+    const PipelineInfo& info = find_pipeline(name);
+    EXPECT_EQ(at_floor(info, lit_floor({point}, {across}, wall)), 0) << name;
+    EXPECT_NEAR(at_floor(info, lit_floor({point}, {across, back}, glass)), 0.75 * free, 1e-3)
+        << name;                                                                                  // a sheet
+    EXPECT_NEAR(at_floor(info, lit_floor({point}, {across}, glass)), 0.75 * free, 1e-3) << name;  // index 1
+  }
+  // Paths do not find a point through what refracts.
+  glass.refractive_index = 1.5;
+  EXPECT_NEAR(at_floor(find_pipeline("ray-tracing"), lit_floor({point}, {across}, glass)), 0.75 * free, 1e-3);
+  EXPECT_EQ(at_floor(find_pipeline("path-tracing"), lit_floor({point}, {across}, glass)), 0);
+}
+
+// What the lamp gives is in the solution, what the light gives is not.
+TEST(Lights, ThatAreNoSurfacesAreAddedToASolution) {
+  Light light{.name = "p", .position = {0, 0, 1}, .intensity = BandValues::Constant(1, 8)};
+  const auto over = [&](std::vector<Light> lights) {
+    ViewScene scene = lit_floor(std::move(lights));
+    scene.vertex_radiosity = BandArray::Constant(4, 1, 7);
+    return at_floor(find_pipeline("ray-tracing"), scene);
+  };
+  EXPECT_NEAR(over({light}), 7 + 0.5 * 8 * std::sqrt(0.5) / 2, 1e-3);
+  light.surface = true;
+  EXPECT_NEAR(over({light}), 7, 1e-12);
+}
+
 // Ē = 3/6, ρ̄ = 1/2: H_a = ½ · ½ / ½. With the mean direct irradiance Ē it is the furnace's 1 W/m² = Ē / (1 − ρ̄).
 TEST(Lights, AmbientIrradianceIsThatOfAnEvenlyLitRoom) {
   EXPECT_DOUBLE_EQ(ambient_irradiance(lit_cube(3, 0.5))[0], 0.5);
   EXPECT_EQ(ambient_irradiance(lit_cube(3, 1))[0], 0);
+  // A point light of the same power, 3 W, and one that has none.
+  Light light{.intensity = BandValues::Constant(1, 3 / (4 * pi))};
+  EXPECT_NEAR(ambient_irradiance(lit_cube(0, 0.5), std::array{light})[0], 0.5, 1e-15);
+  light.attenuation = {1, 0, 0};
+  EXPECT_EQ(ambient_irradiance(lit_cube(0, 0.5), std::array{light})[0], 0);
 }
 
 TEST(VertexNormals, AreTheMeanOfWhatMeetsAtTheVertex) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "radiosity/meshing/light.hpp"
 #include "radiosity/meshing/scene.hpp"
 #include "radiosity/meshing/scene_settings.hpp"
 
@@ -16,6 +17,7 @@ struct LoadedScene {
   std::vector<LightingSetup> setups;  ///< by name
   std::filesystem::path mesh_file;    ///< the mesh itself, where SCENE is a scene file that names it
   std::vector<std::string> warnings;  ///< what was odd about the file: a sentence each
+  std::vector<Light> lights = {};     ///< by name; pictures show them, radiosity does not
 };
 
 /// What happens to a material that a face names but nothing defines. Where only geometry matters (form factors), it may be

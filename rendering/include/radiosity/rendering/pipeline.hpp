@@ -55,6 +55,8 @@ struct PipelineOptions {
   /// Of ray tracing, as it was at first: f_att is at most 1, and what is mirrored or refracted is multiplied by min(1, 1/d), d in m to
   /// what it shows. Radiance does not fall along a ray, so this is off by default.
   bool classical_attenuation = false;
+  /// Of local lighting, m: what is seen d metres away falls by exp(−d / attenuation_length), as in air that absorbs (depth cueing).
+  double attenuation_length = std::numeric_limits<double>::infinity();
 };
 
 /// A way to make a picture. One object serves one scene, whatever the camera. Pipelines only look at points of the image plane: places
@@ -65,7 +67,8 @@ class Pipeline {
   Pipeline(const Pipeline&) = delete;
   Pipeline& operator=(const Pipeline&) = delete;
 
-  /// Throws InputError on an image without pixels or samples, or a camera without a view.
+  /// Throws InputError on an image without pixels or samples, a camera without a view, or one inside of a wall or a thing: what it sees
+  /// is black, and so is what it would see whatever way it looked, the backs of surfaces that let no light through.
   LinearImage draw(const Camera& camera, const DrawOptions& options = {}) const;
 
  protected:
@@ -91,6 +94,7 @@ struct PipelineInfo {
   bool solved;                ///< draws a solution: the scene needs vertex_radiosity
   bool random;     ///< its samples are random: there is a seed, and their mean has a standard error
   bool recursive;  ///< follows mirrored and refracted rays to PipelineOptions::depth
+  bool local;  ///< lights each surface by itself, in air that PipelineOptions::attenuation_length tells of
   std::unique_ptr<Pipeline> (*factory)(ViewScene scene, const PipelineOptions& options);
 
   /// Throws InputError where the scene is not valid or lacks the solution that is needed.
