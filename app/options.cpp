@@ -114,6 +114,38 @@ std::string defaults_of(Index FormFactorOptions::*setting) {
   return fmt::format("{}", fmt::join(defaults, ", "));
 }
 
+// "1,2.5,4": finite numbers. Nothing where one is not.
+std::optional<std::vector<double>> parse_list(const std::string& text) {
+  std::vector<double> values;
+  std::istringstream parts(text);
+  for (std::string part; std::getline(parts, part, ',');) {
+    const auto value = parse_finite(part);
+    if (!value) return {};
+    values.push_back(*value);
+  }
+  return values;
+}
+
+std::string range(const std::string& text) {
+  const auto values = parse_list(text);
+  return values && values->size() == 2 && (*values)[0] < (*values)[1]
+             ? ""
+             : fmt::format("'{}' is not MIN,MAX: two numbers, the second above the first", text);
+}
+
+constexpr int kMostIsolines = 100;
+
+std::string isolines(const std::string& text) {
+  if (text.find(',') == std::string::npos) {
+    const auto count = parse_number<int>(text);
+    if (count && *count >= 1 && *count <= kMostIsolines) return "";
+  } else if (const auto values = parse_list(text); values && !values->empty()) {
+    return "";
+  }
+  return fmt::format("'{}' is neither a whole number from 1 to {} nor values with commas between them", text,
+                     kMostIsolines);
+}
+
 constexpr std::size_t kColumn = 34, kTextWidth = 66;  // of --help
 
 // Breaks lines between words; `indent` spaces begin all but the first.
@@ -506,9 +538,50 @@ class Parser {
         "METRES", positive)
         ->group("Image");
     add_time_limit(command, "Image");
+    add_false_colour(command);
     add_general(command);
     command->footer(
         "Without --scene and --position the camera is the scene file's own, or one that has all in view.");
+  }
+
+  void add_false_colour(CLI::App* command) {
+    const std::string group = "False colour";
+    Options::View& view = options_.view;
+    CLI::Option* array =
+        add_checked(command->add_option("--false-colour", view.false_colour,
+                                        "Colours for the values of an array of a solved .vtp, such as\n"
+                                        "radiosity, irradiance or radiosity_error, with a legend;\n"
+                                        ".exr and .hdr hold the values"),
+                    "ARRAY", {});
+    array->group(group);
+    const auto add = [&](CLI::Option* option, const std::string& text, const Check& check) {
+      add_checked(option, text, check)->group(group)->needs(array);
+    };
+    add(command->add_option("--band", view.band,
+                            "A band of it, by name or number from 0. Default: their mean"),
+        "BAND", {});
+    add(command->add_option_function<std::string>(
+            "--scale", [&view](const std::string& text) { view.logarithmic = text == "log"; },
+            "Of values to colours. Default: linear"),
+        "linear|log", one_of("scale", {"linear", "log"}));
+    add(command->add_option_function<std::string>(
+            "--range",
+            [&view](const std::string& text) {
+              const auto values = parse_list(text);
+              view.range = {(*values)[0], (*values)[1]};
+            },
+            "Values of the first and the last colour. Default: those of\nwhat is seen"),
+        "MIN,MAX", range);
+    add(command->add_option_function<std::string>(
+            "--isolines",
+            [&view](const std::string& text) {
+              if (text.find(',') == std::string::npos)
+                view.isolines_count = parse_number<int>(text);
+              else
+                view.isolines = *parse_list(text);
+            },
+            "Lines of equal value: at N round values at most, or at these;\nfor one alone, a comma after it"),
+        "N|V,V...", isolines);
   }
 
   void add_probe() {
@@ -606,7 +679,10 @@ class Parser {
 
   // A flag that would be ignored is a misunderstanding, so it is refused.
   void explain_settings_without_effect() const {
-    if (options_.command == "view") explain_pipeline_settings();
+    if (options_.command == "view") {
+      explain_pipeline_settings();
+      explain_false_colour_settings();
+    }
     if (!options_.flags.method) return;
     const std::string& method = *options_.flags.method;
     const auto refuse = [&](bool given, std::string_view name, Index FormFactorOptions::*setting) {
@@ -638,6 +714,20 @@ class Parser {
     refuse(options_.view.depth.has_value(), "depth", &PipelineInfo::recursive);
     refuse(options_.view.classical_attenuation, "classical-attenuation", &PipelineInfo::recursive);
     refuse(options_.view.attenuation_length.has_value(), "attenuation-length", &PipelineInfo::local);
+  }
+
+  // Of false colours there are no pipelines, and their values have no colours.
+  void explain_false_colour_settings() const {
+    const CLI::App& command = *app_.get_subcommand("view");
+    if (options_.view.false_colour.empty()) return;
+    for (const char* name : {"--pipeline", "--exposure", "--time-limit"})
+      if (command.get_option(name)->count() > 0)
+        throw UsageError(fmt::format("{} has no effect with --false-colour", name));
+    if (options_.output.extension() == ".png") return;
+    for (const char* name : {"--scale", "--range", "--isolines"})
+      if (command.get_option(name)->count() > 0)
+        throw UsageError(fmt::format("{} has no effect on {}, which holds the values; it belongs to .png",
+                                     name, options_.output.extension().string()));
   }
 
   Options& options_;

@@ -7,6 +7,8 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "radiosity/io/read_scene.hpp"
 #include "radiosity/rendering/pipeline.hpp"
@@ -45,6 +47,12 @@ struct Options {
     std::optional<int> depth;
     bool classical_attenuation = false;
     std::optional<double> attenuation_length;  ///< m
+    std::string false_colour,
+        band;  ///< an array, and a band of it by name or number; empty: none, the mean of all
+    bool logarithmic = false;
+    std::optional<std::pair<double, double>> range;
+    std::vector<double> isolines;       ///< values
+    std::optional<int> isolines_count;  ///< or so many round ones, at most
   } view;
 };
 

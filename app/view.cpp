@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "commands.hpp"
+#include "false_colour.hpp"
 #include "radiosity/io/linear_image.hpp"
 #include "radiosity/io/png.hpp"
 #include "radiosity/io/solution_file.hpp"
@@ -136,13 +137,19 @@ int run_view(const Options& options) {
       throw InputError(
           fmt::format("{}: --scene needs a scene file with a [camera]", view.camera_file.string()));
   }
+  const auto camera_for = [&](const SceneSettings& settings, const PatchMesh& mesh) {
+    if (!wanted) wanted = camera_of(settings, view.camera_name, options.scene);
+    const Camera camera = override_camera(wanted ? *wanted : automatic_camera(mesh), view);
+    job.console.line("camera", "at {:.4g} {:.4g} {:.4g}, towards {:.4g} {:.4g} {:.4g}, {:.4g}° high",
+                     camera.position.x(), camera.position.y(), camera.position.z(), camera.target.x(),
+                     camera.target.y(), camera.target.z(), camera.vertical_fov_deg);
+    return camera;
+  };
+  if (!view.false_colour.empty())
+    return view_false_colour(job, [&](const PatchMesh& mesh) { return camera_for({}, mesh); });
   auto solved = read_solved(job, lights);
   Shown shown = solved ? *std::move(solved) : show_scene(job, info);
-  if (!wanted) wanted = camera_of(shown.settings, view.camera_name, options.scene);
-  const Camera camera = override_camera(wanted ? *wanted : automatic_camera(*shown.scene.mesh), view);
-  job.console.line("camera", "at {:.4g} {:.4g} {:.4g}, towards {:.4g} {:.4g} {:.4g}, {:.4g}° high",
-                   camera.position.x(), camera.position.y(), camera.position.z(), camera.target.x(),
-                   camera.target.y(), camera.target.z(), camera.vertical_fov_deg);
+  const Camera camera = camera_for(shown.settings, *shown.scene.mesh);
   PipelineOptions settings;
   settings.seed = options.flags.seed.value_or(settings.seed);
   settings.depth = view.depth.value_or(settings.depth);

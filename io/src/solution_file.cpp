@@ -2,6 +2,7 @@
 #include "radiosity/io/solution_file.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
 #include <vtkDoubleArray.h>
@@ -26,6 +27,7 @@
 
 #include "child_process.hpp"
 #include "mesh_file.hpp"
+#include "radiosity/io/nearest_name.hpp"
 #include "radiosity/io/output.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/rendering/tone_map.hpp"
@@ -155,7 +157,7 @@ class SolutionReader {
  public:
   SolutionReader(const fs::path& file, vtkPolyData& data) : file_(file), data_(data) {}
 
-  SolvedMesh read() {
+  SolvedMesh read(const std::string& wanted) {
     const Index patches = static_cast<Index>(data_.GetNumberOfPolys());
     if (patches == 0 || data_.GetNumberOfCells() != patches)
       fail("has no polygons, or cells that are not polygons");
@@ -196,8 +198,10 @@ class SolutionReader {
     std::optional<double> exposure;
     if (const auto value = band_array(data_.GetFieldData(), "exposure"); value && value->size() == 1)
       exposure = (*value)(0, 0);
+    auto array = wanted.empty() ? std::nullopt : std::optional(find_array(wanted));
     try {
-      return {PatchMesh(std::move(arrays)), std::move(radiosity), std::move(*vertex_radiosity), exposure};
+      return {PatchMesh(std::move(arrays)), std::move(radiosity), std::move(*vertex_radiosity), exposure,
+              std::move(array)};
     } catch (const InputError& error) {
       fail(fmt::format("holds a mesh that is not valid: {}", error.what()));
     }
@@ -207,6 +211,34 @@ class SolutionReader {
   [[noreturn]] void fail(const std::string& what) const {
     throw IoError(
         fmt::format("{}: is not a solved scene, as radiosity solve writes one: it {}", file_.string(), what));
+  }
+
+  MeshArray find_array(const std::string& name) const {
+    std::vector<std::string> known;
+    for (vtkFieldData* data : {static_cast<vtkFieldData*>(data_.GetPointData()),
+                               static_cast<vtkFieldData*>(data_.GetCellData())}) {
+      const auto values = band_array(data, name.c_str());
+      if (!values) {
+        for (int k = 0; k < data->GetNumberOfArrays(); ++k)
+          if (data->GetArray(k) != nullptr && data->GetArrayName(k) != nullptr &&
+              std::find(known.begin(), known.end(), data->GetArrayName(k)) == known.end())
+            known.emplace_back(data->GetArrayName(k));
+        continue;
+      }
+      vtkDataArray& array = *data->GetArray(name.c_str());
+      MeshArray found{name, {}, {}, data == data_.GetPointData(), *values};
+      if (array.HasInformation() && array.GetInformation()->Has(vtkDataArray::UNITS_LABEL()) != 0)
+        found.units = array.GetInformation()->Get(vtkDataArray::UNITS_LABEL());
+      for (int k = 0; k < array.GetNumberOfComponents(); ++k) {
+        const char* component = array.GetComponentName(k);
+        found.components.emplace_back(component != nullptr ? component : "");
+      }
+      return found;
+    }
+    const auto meant = nearest_name(name, known);
+    throw InputError(fmt::format("{}: has no array '{}'{} It has {}", file_.string(), name,
+                                 meant ? fmt::format("; did you mean '{}'?", *meant) : ".",
+                                 fmt::join(known, ", ")));
   }
 
   BandArray cells(const char* name) const {
@@ -270,7 +302,7 @@ void write_solution(const fs::path& file, const PatchMesh& mesh, const Solution&
   write(file, *data);
 }
 
-SolvedMesh read_solution(const fs::path& file) {
+SolvedMesh read_solution(const fs::path& file, const std::string& array) {
   require_readable(file);
   if (lower_case_extension(file) != ".vtp")
     throw IoError(
@@ -278,7 +310,7 @@ SolvedMesh read_solution(const fs::path& file) {
   const auto read = [&] {
     vtkNew<vtkXMLPolyDataReader> reader;
     read_xml(*reader, file);
-    return SolutionReader(file, *reader->GetOutput()).read();
+    return SolutionReader(file, *reader->GetOutput()).read(array);
   };
   // VTK may not survive a damaged file: tried where that does no harm. What it throws there, it throws here.
   run_isolated(file, "VTK", [&] {

@@ -36,23 +36,6 @@ constexpr std::array<PipelineInfo, 6> kPipelines{{
      false, true, false, false, make_path_tracing},
 }};
 
-/// Places of a pixel's samples: in each of the n columns and n rows that it is divided into there is one, in its middle, so that edges
-/// near either axis have n + 1 shades. The ranks of the R2 sequence, whose beginnings are spread over the pixel as well. One sample is
-/// in the middle.
-std::vector<Sample2> places(Index n) {
-  std::vector<Sample2> points, result(static_cast<std::size_t>(n));
-  for (Index k = 0; k < n; ++k) points.push_back(r2_point(static_cast<std::uint64_t>(k), {0.5, 0.5}));
-  for (double Sample2::*axis : {&Sample2::u, &Sample2::v}) {
-    std::vector<std::size_t> order(points.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::sort(order.begin(), order.end(),
-              [&](std::size_t a, std::size_t b) { return points[a].*axis < points[b].*axis; });
-    for (std::size_t k = 0; k < order.size(); ++k)
-      result[order[k]].*axis = (static_cast<double>(k) + 0.5) / static_cast<double>(n);
-  }
-  return result;
-}
-
 /// A coarse image at full size: each pixel shows the sample of its square.
 LinearImage enlarged(const SampleGrid& grid, const BandArray& values) {
   LinearImage image{grid.width, grid.height,
@@ -87,6 +70,20 @@ void refuse_eye_in_matter(const PatchMesh& mesh, const Camera& camera) {
 
 }  // namespace
 
+std::vector<Sample2> sample_places(Index n) {
+  std::vector<Sample2> points, result(static_cast<std::size_t>(n));
+  for (Index k = 0; k < n; ++k) points.push_back(r2_point(static_cast<std::uint64_t>(k), {0.5, 0.5}));
+  for (double Sample2::*axis : {&Sample2::u, &Sample2::v}) {
+    std::vector<std::size_t> order(points.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::sort(order.begin(), order.end(),
+              [&](std::size_t a, std::size_t b) { return points[a].*axis < points[b].*axis; });
+    for (std::size_t k = 0; k < order.size(); ++k)
+      result[order[k]].*axis = (static_cast<double>(k) + 0.5) / static_cast<double>(n);
+  }
+  return result;
+}
+
 Pipeline::Pipeline(ViewScene scene) : scene_(std::move(scene)) {
   validate(scene_);
 }
@@ -117,7 +114,7 @@ LinearImage Pipeline::draw(const Camera& camera, const DrawOptions& options) con
       return coarse;
     }
 
-  const std::vector<Sample2> place = places(options.samples);
+  const std::vector<Sample2> place = sample_places(options.samples);
   LinearImage image{width, height, {}};
   BandArray sum, squares;
   for (Index k = 0; k < options.samples; ++k) {

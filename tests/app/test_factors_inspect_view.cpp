@@ -284,6 +284,50 @@ TEST_F(ViewCommand, RefusesWhatWouldHaveNoEffect) {
   expect_one_error(run({"view", "cube.toml", "-o", "a.tif"}), 1, ".png, .exr or .hdr");
 }
 
+TEST_F(ViewCommand, ShowsAnArrayInFalseColours) {
+  write_cube();
+  write("cube.toml", read("cube.toml") +
+                         "[camera]\nposition = [0.5, 0.5, 0.5]\ntarget = [0.5, 0.5, 1]\n"
+                         "up = [0, 1, 0]\nvertical_fov_deg = 120\n");
+  ASSERT_EQ(run({"solve", "cube.toml", "-o", "out.vtp", "--patch-size", "0.25"}).status, 0);
+  const auto view = [&](const std::string& output, std::vector<std::string> more) {
+    more.insert(more.begin(), {"view", "out.vtp", "-o", output, "--scene", "cube.toml", "--width", "60",
+                               "--height", "150", "--false-colour"});
+    return run(more);
+  };
+  for (const char* array :
+       {"radiosity", "irradiance", "emission", "reflectance", "radiosity_error", "area"}) {
+    const Outcome result = view("a.png", {array});
+    EXPECT_EQ(result.status, 0) << result.err;
+    EXPECT_THAT(result.out, HasSubstr(array));
+    const auto [width, height] = png_size(read("a.png"));
+    EXPECT_GT(width, 80U);  // a legend beside it
+    EXPECT_EQ(height, 150U);
+  }
+  const Outcome result = view(
+      "a.png", {"irradiance", "--scale", "log", "--range", "0.01,0.3", "--isolines", "4", "--band", "0"});
+  EXPECT_EQ(result.status, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("from 0.01 to 0.3 W/m2, logarithmic"));
+  EXPECT_THAT(result.out, HasSubstr("% above"));
+  EXPECT_EQ(view("a.exr", {"irradiance"}).status, 0);
+  EXPECT_EQ(view("a.hdr", {"reflectance"}).status, 0);
+
+  expect_one_error(view("a.png", {"iradiance"}), 1,
+                   "no array 'iradiance'; did you mean 'irradiance'? It has");
+  expect_one_error(view("a.png", {"emission", "--scale", "log"}), 1, "a logarithm needs values above 0");
+  expect_one_error(view("a.png", {"emission", "--scale", "log", "--range", "0,1"}), 1,
+                   "a logarithmic scale from 0 to 1: it must begin above 0");
+  expect_one_error(view("a.png", {"emission", "--band", "1"}), 1,
+                   "has no band '1'; give a number from 0 to 0");
+  expect_one_error(view("a.png", {"emission", "--range", "2,1"}), 2, "the second above the first");
+  expect_one_error(view("a.png", {"emission", "--isolines", "1,x"}), 2, "'1,x' is neither a whole number");
+  expect_one_error(view("a.png", {"emission", "--exposure", "1"}), 2, "no effect with --false-colour");
+  expect_one_error(view("a.exr", {"emission", "--range", "0,1"}), 2, "no effect on .exr");
+  expect_one_error(run({"view", "out.vtp", "-o", "a.png", "--scale", "log"}), 2, "--false-colour");
+  expect_one_error(run({"view", "cube.toml", "-o", "a.png", "--false-colour", "radiosity"}), 1,
+                   "--false-colour shows an array of a solved .vtp; radiosity solve cube.toml");
+}
+
 TEST_F(ViewCommand, TakesAMeshWithoutRadiosityForAScene) {
   write("mesh.vtp", R"(<?xml version="1.0"?>
 <VTKFile type="PolyData" version="0.1" byte_order="LittleEndian">

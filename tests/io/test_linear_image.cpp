@@ -43,6 +43,22 @@ TEST(WriteLinearImage, KeepsPhysicalUnitsAndErrorsInExr) {
   EXPECT_THAT(exr_channel(directory / "a.exr", "band_1"), testing::ElementsAre(1, 1001.5, 2002, 3002.5));
 }
 
+TEST(WriteField, KeepsValuesAndWhereTheyAreSeen) {
+  const TemporaryDirectory directory;
+  FieldMeans means{2, 2, Eigen::ArrayXd(4), Eigen::ArrayXd(4)};
+  means.values << -1, 0, 0.25, 1000.5;
+  means.coverage << 1, 0, 0.25, 1;
+  const Field field{.name = "irradiance", .unit = "W/m2", .values = {}};
+  write_field(directory / "a.exr", means, field);
+  EXPECT_THAT(exr_channel(directory / "a.exr", "irradiance"), testing::ElementsAre(-1, 0, 0.25, 1000.5));
+  EXPECT_THAT(exr_channel(directory / "a.exr", "A"), testing::ElementsAre(1, 0, 0.25, 1));
+  EXPECT_THAT(message_of<InputError>([&] { write_field(directory / "a.hdr", means, field); }),
+              testing::HasSubstr(".hdr holds no negative values"));
+  means.values[0] = 1;
+  write_field(directory / "a.hdr", means, field);
+  EXPECT_THAT(read_text(directory / "a.hdr"), testing::StartsWith("#?RADIANCE"));
+}
+
 // A pixel of RGBE is four bytes: mantissas m of 8 bits and an exponent e, m / 256 · 2^(e − 128) [Ward's format]; short rows are not packed.
 TEST(WriteLinearImage, KeepsTwoDigitsInHdr) {
   const TemporaryDirectory directory;

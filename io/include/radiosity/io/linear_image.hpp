@@ -3,6 +3,7 @@
 
 #include <filesystem>
 
+#include "radiosity/rendering/false_colour.hpp"
 #include "radiosity/rendering/pipeline.hpp"
 
 namespace radiosity {
@@ -14,5 +15,11 @@ namespace radiosity {
 /// The file appears under its name only when complete. Throws InputError on another extension or an image without pixels, IoError when
 /// it cannot be written.
 void write_linear_image(const std::filesystem::path& file, const LinearImage& image);
+
+/// The values of a field as it is seen, in its unit:
+/// .exr  a channel with the field's name, and "A", the share of the pixel's samples that saw it, by which values are multiplied already;
+/// .hdr  grey; InputError where a value is negative, which this format has no room for.
+/// Errors as above.
+void write_field(const std::filesystem::path& file, const FieldMeans& means, const Field& field);
 
 }  // namespace radiosity

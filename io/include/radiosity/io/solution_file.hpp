@@ -29,16 +29,26 @@ void write_solution(const std::filesystem::path& file, const PatchMesh& mesh, co
                     const Provenance& provenance, double exposure, const BandArray* radiosity_error = nullptr,
                     std::span<const Index> patch = {});
 
+/// An array of numbers of a solved .vtp.
+struct MeshArray {
+  std::string name, units;              ///< units as the file has them, "W/m2"; empty where it has none
+  std::vector<std::string> components;  ///< names of the columns, e.g. "red"; "" where one has none
+  bool at_vertices = false;             ///< a row per vertex, not per patch
+  BandArray values;
+};
+
 /// A solved .vtp, read back.
 struct SolvedMesh {
   PatchMesh mesh;
   BandArray patch_radiosity;   ///< n × bands, W/m²
   BandArray vertex_radiosity;  ///< vertices × bands, W/m²
   std::optional<double> exposure;
+  std::optional<MeshArray> array = {};  ///< the one that was asked for
 };
 
-/// Throws IoError when the file is not one of ours (no radiosity arrays).
-SolvedMesh read_solution(const std::filesystem::path& file);
+/// Throws IoError when the file is not one of ours (no radiosity arrays). With the name of an array of cells or points, that array,
+/// too: that of the points where both have one. InputError that names those there are where there is none.
+SolvedMesh read_solution(const std::filesystem::path& file, const std::string& array = "");
 
 /// A .pvd that ParaView plays as an animation: one .vtp per step, in a folder named like the .pvd beside it.
 /// Time in the .pvd is the number of iterations (gathering) or shots (shooting).
