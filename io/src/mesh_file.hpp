@@ -20,6 +20,7 @@ struct MeshMaterial {
   Sides sides = Sides::front;
   BandValues specular = BandValues::Zero(1), transmission = BandValues::Zero(1);
   double shininess = std::numeric_limits<double>::infinity(), refractive_index = 1;
+  BandValues refractive_indices = {};
   std::string undefined = {};  ///< not empty: faces use it, nothing defines it; the sentence that says so
 };
 

@@ -43,6 +43,7 @@ void pack(Packer& packer, const MeshFile& mesh) {
     pack(packer, material.transmission);
     packer.put(material.shininess);
     packer.put(material.refractive_index);
+    pack(packer, material.refractive_indices);
     pack(packer, material.undefined);
   }
   packer.put(mesh.warnings.size());
@@ -68,6 +69,7 @@ MeshFile take_mesh(Unpacker& unpacker) {
     material.transmission = take_bands(unpacker);
     material.shininess = unpacker.take<double>();
     material.refractive_index = unpacker.take<double>();
+    material.refractive_indices = take_bands(unpacker);
     material.undefined = take_text(unpacker);
     mesh.materials.push_back(std::move(material));
   }

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <variant>
 
 #include "mesh_file.hpp"
 #include "name_patterns.hpp"
@@ -62,6 +63,10 @@ class SceneBuilder {
   }
 
   std::vector<std::string>& warnings() { return mesh_.warnings; }
+
+  BandValues wavelengths_nm() const {
+    return settings_.wavelengths_nm ? settings_.wavelengths_nm->values : BandValues{};
+  }
 
   /// Once the bands are known, after `build`.
   std::vector<Light> lights() const {
@@ -146,7 +151,14 @@ class SceneBuilder {
         add("emission", own && own->emission ? &*own->emission : nullptr, material.emission);
       add("specular", own && own->specular ? &*own->specular : nullptr, material.specular);
       add("transmission", own && own->transmission ? &*own->transmission : nullptr, material.transmission);
+      if (own && own->refractive_index)
+        add("refractive_index", std::get_if<BandSetting>(&own->refractive_index->index), {});
+      else
+        add("refractive_index", nullptr, material.refractive_indices);
     }
+    if (const auto& wavelengths = settings_.wavelengths_nm)
+      bands_.add(wavelengths->values.size(), fmt::format("{}:{}", file_.string(), wavelengths->line),
+                 "wavelength_nm of [bands]");
     for (const auto& [name, setting] : settings_.lights)
       if (setting.intensity.per_band)
         bands_.add(setting.intensity.values.size(),
@@ -162,8 +174,9 @@ class SceneBuilder {
   /// leaves: many files give every material a gloss by habit, and its diffuse light can be solved all the same.
   void finish_specular(const MeshMaterial& source, const MaterialSetting* own, Material& material) {
     material.shininess = own && own->shininess ? *own->shininess : source.shininess;
-    material.refractive_index =
-        own && own->refractive_index ? *own->refractive_index : source.refractive_index;
+    material.refractive_index = source.refractive_index;
+    material.refractive_indices = source.refractive_indices;
+    if (own && own->refractive_index) set_index(*own->refractive_index, material);
     BandValues left = 1 - material.reflectance;
     const auto take = [&](const std::optional<BandSetting>* set, const BandValues& from_mesh,
                           BandValues& to) {
@@ -177,6 +190,32 @@ class SceneBuilder {
     };
     take(own ? &own->transmission : nullptr, source.transmission, material.transmission);
     take(own ? &own->specular : nullptr, source.specular, material.specular);
+  }
+
+  void set_index(const IndexSetting& setting, Material& material) const {
+    BandValues indices;
+    if (const auto* const numbers = std::get_if<BandSetting>(&setting.index)) {
+      indices = spread(numbers->values);
+    } else {
+      const auto& dispersion = std::get<Dispersion>(setting.index);
+      // The bands of a scene without wavelengths are all alike.
+      const BandValues wavelengths = spread(settings_.wavelengths_nm ? settings_.wavelengths_nm->values
+                                                                     : BandValues::Constant(1, kDLine_nm));
+      indices = wavelengths.unaryExpr([&](double nm) { return radiosity::refractive_index(dispersion, nm); });
+      for (Eigen::Index b = 0; b < indices.size(); ++b) {
+        const auto fail = [&](const std::string& rule) {
+          throw InputError(fmt::format("{}:{}: material '{}': refractive index in band {}, at {} nm, {}",
+                                       file_.string(), setting.line, material.name, b, wavelengths[b], rule));
+        };
+        if (wavelengths[b] < setting.from_nm || wavelengths[b] > setting.to_nm)
+          fail(fmt::format("is outside of what is known, {} to {} nm", setting.from_nm, setting.to_nm));
+        if (!(indices[b] > 0 && std::isfinite(indices[b])))
+          fail(fmt::format("is {}, but must be positive and finite", indices[b]));
+      }
+    }
+    const bool equal = (indices == indices[0]).all();
+    material.refractive_index = equal ? indices[0] : indices.mean();
+    material.refractive_indices = equal ? BandValues{} : indices;
   }
 
   Material finish(const MeshMaterial& source) {
@@ -363,8 +402,8 @@ LoadedScene read_scene(const fs::path& file, MissingMaterials missing) {
     warnings.push_back(
         fmt::format("the reflectance of {} is 1 in some band: nothing is absorbed there", name_some(white)));
   std::vector<LightingSetup> setups = lighting_setups(file, setup_settings, scene);
-  return {std::move(scene), std::move(settings), std::move(setups),
-          mesh_file,        std::move(warnings), builder.lights()};
+  return {std::move(scene),    std::move(settings), std::move(setups),       mesh_file,
+          std::move(warnings), builder.lights(),    builder.wavelengths_nm()};
 }
 
 void require_emission(const Scene& scene, const fs::path& file) {

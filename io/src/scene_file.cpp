@@ -185,19 +185,60 @@ std::optional<Sides> read_sides(const Section& section, const std::string& owner
                fmt::format("{}sides = \"{}\" must be \"front\", \"both\" or \"auto\"", owner, *sides));
 }
 
-/// A number, or a name of the table.
-std::optional<double> read_refractive_index(const Section& section, const std::string& owner) {
-  const toml::node* const node = section.find("refractive_index");
-  if (node == nullptr || !node->is_string()) return section.number("refractive_index", kPositive, positive);
+/// { cauchy = [a0, a1, …] } or { sellmeier = [b1, b2, …, c1, c2, …] }
+Dispersion read_dispersion(const Section& section, const std::string& owner) {
+  section.allow_only({"cauchy", "sellmeier"});
+  const bool sellmeier = section.find("sellmeier") != nullptr;
+  const char* const key = sellmeier ? "sellmeier" : "cauchy";
+  if (sellmeier == (section.find("cauchy") != nullptr))
+    section.fail(section.line(),
+                 fmt::format("{}: refractive_index needs one of the keys 'cauchy' and 'sellmeier'", owner));
+  const toml::node& node = *section.find(key);
+  if (!node.is_array()) section.fail_type(key, node, "an array of numbers");
+  const BandSetting numbers =
+      *section.bands(key, owner, "not finite", [](double value) { return std::isfinite(value); });
+  const auto& values = numbers.values;
+  if (!sellmeier) return Cauchy{{values.begin(), values.end()}};
+  if (values.size() % 2 != 0)
+    section.fail(numbers.line, fmt::format("{}: sellmeier has {} numbers, but needs as many C as B: "
+                                           "[B1, B2, B3, C1, C2, C3], C in µm²",
+                                           owner, values.size()));
+  const auto half = values.begin() + values.size() / 2;
+  return Sellmeier{{values.begin(), half}, {half, values.end()}};
+}
+
+/// A number, one per band, a name of the tables, or a function of the wavelength.
+std::optional<IndexSetting> read_refractive_index(const Section& section, const std::string& owner) {
+  constexpr std::string_view kKey = "refractive_index";
+  const toml::node* const node = section.find(kKey);
+  if (node == nullptr) return {};
+  IndexSetting setting{.index = {}, .line = line_of(*node)};
+  if (node->is_table()) {
+    setting.index = read_dispersion(*section.section(kKey, section.name(kKey)), owner);
+    return setting;
+  }
+  if (!node->is_string()) {
+    setting.index = *section.bands(kKey, owner, "not positive and finite", positive);
+    return setting;
+  }
   const std::string& name = node->as_string()->get();
-  if (const auto value = refractive_index(name)) return value;
+  if (const Glass* const glass = find_glass(name)) {
+    setting.index = Dispersion(glass->sellmeier);
+    setting.from_nm = glass->from_nm;
+    setting.to_nm = glass->to_nm;
+    return setting;
+  }
+  if (const auto value = refractive_index(name)) {
+    setting.index = BandSetting{.values = BandValues::Constant(1, *value), .line = setting.line};
+    return setting;
+  }
   std::vector<std::string> known;
   for (const RefractiveIndex& entry : refractive_indices()) known.emplace_back(entry.name);
+  for (const Glass& glass : glasses()) known.emplace_back(glass.name);
   const auto nearest = nearest_name(name, known);
-  section.fail(line_of(*node),
-               fmt::format("{}: no refractive index is known by the name '{}'; {}", owner, name,
-                           nearest ? fmt::format("the nearest known is '{}'", *nearest)
-                                   : "give a number, such as 1.5"));
+  section.fail(setting.line, fmt::format("{}: no refractive index is known by the name '{}'; {}", owner, name,
+                                         nearest ? fmt::format("the nearest known is '{}'", *nearest)
+                                                 : "give a number, such as 1.5"));
 }
 
 MaterialSetting read_material(const Section& section, const std::string& name) {
@@ -425,7 +466,7 @@ SceneFile read_scene_file(const std::filesystem::path& file) {
   }
   const Section top(file, table, "");
   top.allow_only({"mesh", "units", "flip", "sides", "undefined", "materials", "patches", "elements",
-                  "form_factors", "solver", "camera", "setup", "lights"});
+                  "form_factors", "solver", "camera", "setup", "lights", "bands"});
 
   SceneFile scene;
   const auto mesh = top.text("mesh");
@@ -435,6 +476,13 @@ SceneFile read_scene_file(const std::filesystem::path& file) {
   scene.flip = top.boolean("flip").value_or(false);
   scene.sides = read_sides(top, "");
   scene.default_for_undefined = read_undefined(top);
+
+  if (const auto bands = top.section("bands", "bands")) {
+    bands->allow_only({"wavelength_nm"});
+    scene.wavelengths_nm = bands->bands("wavelength_nm", "[bands]", "not positive and finite (nm)", positive);
+    if (scene.wavelengths_nm && !scene.wavelengths_nm->per_band)
+      bands->fail_type("wavelength_nm", *bands->find("wavelength_nm"), "an array with one number per band");
+  }
 
   if (const auto materials = top.section("materials", "materials"))
     for (const auto& [key, node] : materials->table()) {

@@ -2,14 +2,17 @@
 #pragma once
 
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <variant>
 #include <vector>
 
 #include "radiosity/io/read_scene.hpp"
+#include "radiosity/io/refractive_index.hpp"
 #include "radiosity/meshing/light.hpp"
 
 namespace radiosity {
@@ -21,6 +24,13 @@ struct BandSetting {
   int line = 0;
 };
 
+/// A number for every band, one per band, or a function of the wavelength that holds from `from_nm` to `to_nm`.
+struct IndexSetting {
+  std::variant<BandSetting, Dispersion> index;
+  double from_nm = 0, to_nm = std::numeric_limits<double>::infinity();
+  int line = 0;
+};
+
 /// [materials.NAME], where NAME may be a pattern
 struct MaterialSetting {
   int line = 0;
@@ -28,7 +38,8 @@ struct MaterialSetting {
   std::optional<BandSetting> emission, power;           ///< the same; power in W, over the material's area
   std::optional<Sides> sides;
   std::optional<BandSetting> specular, transmission;
-  std::optional<double> shininess, refractive_index;
+  std::optional<double> shininess;
+  std::optional<IndexSetting> refractive_index;
 };
 
 /// [lights.NAME], all but the bands of its intensity
@@ -47,9 +58,10 @@ struct SetupSetting {
 struct SceneFile {
   std::filesystem::path mesh;
   double metres_per_unit = 1;
-  bool flip = false;                   ///< all faces are turned over
-  bool default_for_undefined = false;  ///< [materials.default] serves names that nothing defines
-  std::optional<Sides> sides;          ///< of materials that do not say
+  bool flip = false;                          ///< all faces are turned over
+  bool default_for_undefined = false;         ///< [materials.default] serves names that nothing defines
+  std::optional<Sides> sides;                 ///< of materials that do not say
+  std::optional<BandSetting> wavelengths_nm;  ///< of the bands
   std::map<std::string, MaterialSetting> materials;
   std::map<std::string, LightSetting> lights;
   std::map<std::string, SetupSetting> setups;

@@ -19,7 +19,7 @@ bool same_finish(const MeshMaterial& a, const MeshMaterial& b) {
   return equal(a.reflectance, b.reflectance) && equal(a.emission, b.emission) && a.sides == b.sides &&
          equal(a.specular, b.specular) && equal(a.transmission, b.transmission) &&
          a.shininess == b.shininess && a.refractive_index == b.refractive_index &&
-         a.undefined.empty() == b.undefined.empty();
+         equal(a.refractive_indices, b.refractive_indices) && a.undefined.empty() == b.undefined.empty();
 }
 
 }  // namespace

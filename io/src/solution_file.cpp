@@ -138,12 +138,17 @@ void add_specular(vtkFieldData* data, const PatchMesh& mesh) {
   const auto count = static_cast<Eigen::Index>(materials.size());
   BandArray mirrored(count, mesh.bands()), transmitted(count, mesh.bands()), shininess(count, 1),
       index(count, 1);
+  const bool disperses = std::any_of(materials.begin(), materials.end(), [](const Material& material) {
+    return material.refractive_indices.size() > 0;
+  });
+  if (disperses) index.resize(count, mesh.bands());
   for (Eigen::Index m = 0; m < count; ++m) {
     const Material& material = materials[m];
     mirrored.row(m) = specular(material).transpose();
     transmitted.row(m) = transmission(material).transpose();
     shininess(m, 0) = material.shininess;
-    index(m, 0) = material.refractive_index;
+    index.row(m).setConstant(material.refractive_index);
+    if (material.refractive_indices.size() > 0) index.row(m) = material.refractive_indices.transpose();
   }
   if ((mirrored == 0).all() && (transmitted == 0).all()) return;
   add_doubles(data, "material_specular", mirrored, "1");

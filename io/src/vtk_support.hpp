@@ -50,7 +50,11 @@ void read_specular(vtkFieldData* data, std::size_t material, Finish& finish) {
   if (const auto values = row("material_specular")) finish.specular = *values;
   if (const auto values = row("material_transmission")) finish.transmission = *values;
   if (const auto values = row("material_shininess")) finish.shininess = (*values)[0];
-  if (const auto values = row("material_refractive_index")) finish.refractive_index = (*values)[0];
+  if (const auto values = row("material_refractive_index")) {
+    const bool equal = (*values == (*values)[0]).all();
+    finish.refractive_index = equal ? (*values)[0] : values->mean();
+    if (!equal) finish.refractive_indices = *values;
+  }
 }
 
 }  // namespace radiosity

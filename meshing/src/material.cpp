@@ -77,9 +77,15 @@ void validate(const Material& material) {
   if (!(material.shininess >= 0))
     throw InputError(
         fmt::format("material '{}': shininess {} is not at least 0", material.name, material.shininess));
-  if (!(material.refractive_index > 0 && std::isfinite(material.refractive_index)))
-    throw InputError(fmt::format("material '{}': refractive index {} is not positive and finite",
-                                 material.name, material.refractive_index));
+  const BandValues& indices = material.refractive_indices;
+  if (indices.size() > 0 && indices.size() != bands)
+    throw InputError(fmt::format("material '{}': {} refractive indices, but reflectance has {} bands",
+                                 material.name, indices.size(), bands));
+  for (Eigen::Index b = -1; b < indices.size(); ++b)
+    if (const double index = b < 0 ? material.refractive_index : indices[b];
+        !(index > 0 && std::isfinite(index)))
+      throw InputError(fmt::format("material '{}'{}: refractive index {} is not positive and finite",
+                                   material.name, b < 0 ? "" : fmt::format(", band {}", b), index));
 }
 
 }  // namespace radiosity

@@ -143,7 +143,8 @@ Scene with_setups(const Scene& scene, std::span<const LightingSetup> setups) {
     for (Eigen::Index k = 0; k < count; ++k)
       material.emission.segment((k + 1) * bands, bands) *= setups[k].factors[m];
     material.reflectance = material.reflectance.replicate(count + 1, 1).eval();
-    for (BandValues* values : {&material.absorptance, &material.specular, &material.transmission})
+    for (BandValues* values :
+         {&material.absorptance, &material.specular, &material.transmission, &material.refractive_indices})
       if (values->size() > 0) *values = values->replicate(count + 1, 1).eval();
   }
   return scene.with_materials(std::move(materials));
@@ -153,7 +154,7 @@ std::vector<Material> select_bands(std::span<const Material> materials, Index fi
   std::vector<Material> selected(materials.begin(), materials.end());
   for (Material& material : selected)
     for (BandValues* values : {&material.reflectance, &material.emission, &material.absorptance,
-                               &material.specular, &material.transmission})
+                               &material.specular, &material.transmission, &material.refractive_indices})
       if (values->size() > 0) *values = values->segment(first, count).eval();
   return selected;
 }
@@ -163,7 +164,7 @@ Scene merge_equal_bands(const Scene& scene) {
   std::vector<Material> materials = scene.materials();
   for (Material& material : materials) {
     for (BandValues* values : {&material.reflectance, &material.emission, &material.absorptance,
-                               &material.specular, &material.transmission}) {
+                               &material.specular, &material.transmission, &material.refractive_indices}) {
       if (values->size() == 0) continue;
       if ((*values != (*values)[0]).any()) return scene;
       *values = BandValues::Constant(1, (*values)[0]).eval();

@@ -75,7 +75,7 @@ class Emitters {
 /// does to radiance needs no factor. Lights that are no surfaces are looked for from each point, straight through sheets; no path that is
 /// refracted or mirrored on its way could find them. Light of emitters is found from each point by two ways, a point on them and the next direction of
 /// the path, which share it by the balance heuristic [VeachGuibas1995]. A path goes on with the share of its light that does, in the
-/// band where that is most (Russian roulette), and weighs the more: no bias.
+/// band where that is most (Russian roulette), and weighs the more: no bias. Where indices depend on the band, it goes on with one of them.
 class PathTracing final : public Pipeline {
  public:
   PathTracing(ViewScene drawn, const PipelineOptions& options)
@@ -89,7 +89,7 @@ class PathTracing final : public Pipeline {
   /// One estimate of the irradiance at a place, added to `sum`.
   void irradiance(const TracedPlace& place, RandomStream& random, Row sum) const {
     const Bands none = Bands::Zero(mesh().bands());
-    const Finish white{none + 1, none, none, none, kDelta, 1, false};
+    const Finish white{none + 1, none, none, none, kDelta, none + 1, false, false};
     const Vec3 n = place.normal.normalized();
     const Rough rough{n, n, 1, 0, kDelta};
     Bands weight = white.diffuse;
@@ -151,7 +151,8 @@ class PathTracing final : public Pipeline {
       if (event < through) {
         weight *= finish.transmitted / through;
         density = kDelta;
-        d = caster_.through(*hit, hit->n, d).value_or(mirror);
+        const Index band = caster_.disperses(hit->patch) ? one_band(weight, random) : 0;
+        d = caster_.through(*hit, hit->n, d, band).value_or(mirror);
       } else if (event >= through + diffuse + gloss) {
         return;
       } else if (mirror_like && event >= through + diffuse) {
@@ -168,6 +169,19 @@ class PathTracing final : public Pipeline {
       }
       if (!(weight.maxCoeff() > 0)) return;
     }
+  }
+
+  /// Leaves one band of the weight, chosen by its share of the sum, which it then has: the mean is what all had.
+  static Index one_band(Bands& weight, RandomStream& random) {
+    const double sum = weight.sum();
+    double left = random.uniform() * sum;
+    Index band = 0;
+    const auto last = static_cast<Index>(weight.size()) - 1;
+    while (band < last && left >= weight[band]) left -= weight[band++];
+    while (band > 0 && weight[band] == 0) --band;  // rounding went past the last that has any
+    weight.setZero();
+    weight[band] = sum;
+    return band;
   }
 
   /// Diffuse reflection and gloss at a point, with their chances.

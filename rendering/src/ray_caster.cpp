@@ -13,10 +13,14 @@ RayCaster::RayCaster(const PatchMesh& mesh)
       sheet_(static_cast<std::size_t>(mesh.patch_count())) {
   for (const Facet& facet : visibility_.facets())
     for (const Index i : facet.patches) sheet_[i] = facet.back != Facet::kNoBack;
-  for (const Material& material : mesh.materials())
+  for (const Material& material : mesh.materials()) {
+    Finish::Bands index = Finish::Bands::Constant(mesh.bands(), material.refractive_index);
+    if (material.refractive_indices.size() > 0) index = material.refractive_indices.transpose();
     finishes_.push_back({material.reflectance.transpose(), specular(material).transpose(),
                          transmission(material).transpose(), material.emission.transpose(),
-                         material.shininess, material.refractive_index, (transmission(material) > 0).any()});
+                         material.shininess, index, (index != index[0]).any(),
+                         (transmission(material) > 0).any()});
+  }
 }
 
 std::optional<SurfaceHit> RayCaster::cast(const Vec3& origin, const Vec3& direction, Index from) const {
@@ -39,7 +43,7 @@ void RayCaster::dim(const SurfaceHit& at, const Vec3& direction, double distance
   for (int k = 0; k < tolerance::kLongestPath && (light > 0).any(); ++k) {
     const auto met = cast(x, direction, from);
     if (!met || ends(*met, distance)) return;
-    if (straight_only && sheet_[met->patch] == 0 && finish(met->patch).index != 1) break;
+    if (straight_only && sheet_[met->patch] == 0 && (finish(met->patch).index != 1).any()) break;
     light *= finish(met->patch).transmitted;
     x = met->x;
     from = met->patch;
@@ -48,9 +52,10 @@ void RayCaster::dim(const SurfaceHit& at, const Vec3& direction, double distance
   light.setZero();
 }
 
-std::optional<Vec3> RayCaster::through(const SurfaceHit& hit, const Vec3& n, const Vec3& direction) const {
+std::optional<Vec3> RayCaster::through(const SurfaceHit& hit, const Vec3& n, const Vec3& direction,
+                                       Index band) const {
   if (sheet_[hit.patch] != 0) return direction;
-  const double index = finish(hit.patch).index;
+  const double index = finish(hit.patch).index[band];
   return refracted(direction, n, hit.front ? 1 / index : index);
 }
 

@@ -22,7 +22,9 @@ struct SurfaceHit {
 struct Finish {
   using Bands = Eigen::Array<double, 1, Eigen::Dynamic>;
   Bands diffuse, mirrored, transmitted, emission;  ///< ρ, k_s, k_t, E
-  double shininess, index;
+  double shininess;
+  Bands index;
+  bool disperses;     ///< not all indices are the same
   bool lets_through;  ///< k_t > 0 in some band
 };
 
@@ -51,9 +53,11 @@ class RayCaster {
 
   const Finish& finish(Index patch) const { return finishes_[visibility_.mesh().material(patch)]; }
 
-  /// The direction of light that a surface lets through, by Snell's law; straight on through a sheet, which has a patch on either side
-  /// and no thickness. Nothing where all is reflected.
-  std::optional<Vec3> through(const SurfaceHit& hit, const Vec3& n, const Vec3& direction) const;
+  /// The direction of light of a band that a surface lets through, by Snell's law; straight on through a sheet, which has a patch on
+  /// either side and no thickness. Nothing where all is reflected.
+  std::optional<Vec3> through(const SurfaceHit& hit, const Vec3& n, const Vec3& direction, Index band) const;
+  /// That depends on the band.
+  bool disperses(Index patch) const { return finish(patch).disperses && sheet_[patch] == 0; }
 
  private:
   Visibility visibility_;

@@ -18,7 +18,8 @@ namespace {
 /// in W/m². Over a solution its radiosity takes the place of E + ρ (…), so that only mirrors and glass are added, and lights that are no
 /// surfaces, which no solution knows. S_i is the product of
 /// k_t of what stands between point and light, whose rays are not refracted. Where a surface is dull (n < kMirrorLike), k_s I_r is left
-/// out; where it is not, it shows emitting surfaces, and their lights make no highlight. What is totally reflected adds k_t to k_s.
+/// out; where it is not, it shows emitting surfaces, and their lights make no highlight. What is totally reflected adds k_t to k_s. Where indices depend on the band,
+/// each band has a ray of its own from there on.
 /// Normals are interpolated between the vertices.
 class RayTracing final : public Pipeline {
  public:
@@ -86,12 +87,24 @@ class RayTracing final : public Pipeline {
 
     Bands reflected = mirror_like ? Bands(weight * finish.mirrored) : Bands(Bands::Zero(weight.size()));
     if (finish.lets_through) {
-      auto way = caster_.through(*hit, n, ray.direction);
-      if (way && way->dot(hit->n) >= 0) way = caster_.through(*hit, hit->n, ray.direction);
-      if (way)
-        add(waiting, *hit, *way, ray.depth, weight * finish.transmitted);
-      else
-        reflected += weight * finish.transmitted;
+      const auto refract = [&](Index band, Bands light) {
+        auto way = caster_.through(*hit, n, ray.direction, band);
+        if (way && way->dot(hit->n) >= 0) way = caster_.through(*hit, hit->n, ray.direction, band);
+        if (way)
+          add(waiting, *hit, *way, ray.depth, std::move(light));
+        else
+          reflected += light;
+      };
+      const Bands transmitted = weight * finish.transmitted;
+      if (caster_.disperses(hit->patch)) {
+        for (Index b = 0; b < mesh().bands(); ++b) {
+          Bands light = Bands::Zero(weight.size());
+          light[b] = transmitted[b];
+          if (light[b] > 0) refract(b, std::move(light));
+        }
+      } else {
+        refract(0, transmitted);
+      }
     }
     add(waiting, *hit, mirror, ray.depth, std::move(reflected));
   }

@@ -5,6 +5,7 @@
 
 #include "files.hpp"
 #include "radiosity/io/read_scene.hpp"
+#include "radiosity/io/refractive_index.hpp"
 #include "radiosity/meshing/make_patches.hpp"
 
 namespace radiosity::test {
@@ -149,6 +150,75 @@ refractive_index = "Crown  GLASS"
             1.333);
 }
 
+// n_d and the Abbe number (n_d − 1) / (n_F − n_C) as the manufacturers publish them.
+TEST(Glasses, HaveTheirPublishedIndicesAndAbbeNumbers) {
+  struct Published {
+    const char* name;
+    double index, abbe;
+  };
+  for (const auto& [name, index, abbe] : {Published{"BK7", 1.51680, 64.17},
+                                          {"F2", 1.62004, 36.37},
+                                          {"SF10", 1.72828, 28.53},
+                                          {"SF11", 1.78472, 25.68},
+                                          {"Fused Silica", 1.45846, 67.82},
+                                          {"calcium fluoride", 1.43385, 95.0}}) {
+    const Glass* const glass = find_glass(name);
+    ASSERT_NE(glass, nullptr) << name;
+    const auto n = [&](double nm) { return refractive_index(glass->sellmeier, nm); };
+    EXPECT_NEAR(n(587.5618), index, 6e-6) << name;
+    EXPECT_NEAR((n(587.5618) - 1) / (n(486.1327) - n(656.2725)), abbe, 0.05) << name;
+  }
+  EXPECT_EQ(glasses().size(), 6U);
+  EXPECT_NEAR(refractive_index(Cauchy{{1.5, 0.004, 0.0002}}, 500), 1.5 + 0.016 + 0.0032, 1e-15);
+}
+
+TEST_F(SceneFileTest, ReadsIndicesPerBand) {
+  const LoadedScene loaded = read(R"([bands]
+wavelength_nm = [656.2725, 587.5618, 486.1327]
+[materials.floor]
+refractive_index = "bk7"
+[materials.lamp]
+refractive_index = { cauchy = [1.5, 0.004] }
+)");
+  EXPECT_TRUE((loaded.wavelengths_nm == rgb(656.2725, 587.5618, 486.1327)).all());
+  EXPECT_TRUE(loaded.scene.materials()[0].refractive_indices.isApprox(rgb(1.51432, 1.51680, 1.52238), 3e-6));
+  EXPECT_NEAR(loaded.scene.materials()[1].refractive_indices[2], 1.5 + 0.004 / std::pow(0.4861327, 2), 1e-15);
+  // Without wavelengths an index is that of the d line, the same in all bands.
+  const Material glass = read("[materials.floor]\nrefractive_index = \"BK7\"\n").scene.materials()[0];
+  EXPECT_EQ(glass.refractive_indices.size(), 0);
+  EXPECT_NEAR(glass.refractive_index, 1.5168, 1e-6);
+  EXPECT_TRUE((read("[materials.floor]\nrefractive_index = [1.4, 1.5, 1.6]\n")
+                   .scene.materials()[0]
+                   .refractive_indices == rgb(1.4, 1.5, 1.6))
+                  .all());
+  const std::string sellmeier = "refractive_index = { sellmeier = [1, 0.2, 0.01, 100] }\n";
+  EXPECT_NEAR(
+      read("[materials.floor]\n" + sellmeier).scene.materials()[0].refractive_index,
+      std::sqrt(1 + 1 / (1 - 0.01 / std::pow(0.5875618, 2)) + 0.2 / (1 - 100 / std::pow(0.5875618, 2))),
+      1e-15);
+}
+
+TEST_F(SceneFileTest, RejectsWrongIndicesPerBand) {
+  const std::string bands = "[bands]\nwavelength_nm = [700, 550, 200]\n[materials.floor]\n";
+  EXPECT_THAT(error(bands + "refractive_index = \"SF10\"\n"),
+              AllOf(StartsWith("scene.toml:5: material 'floor'"),
+                    HasSubstr("in band 2, at 200 nm, is outside of what is known, 380 to 2500 nm")));
+  EXPECT_THAT(error(bands + "refractive_index = { sellmeier = [1, 0.04] }\n"),
+              HasSubstr("must be positive and finite"));
+  EXPECT_THAT(error(bands + "refractive_index = { cauchy = [-1] }\n"),
+              HasSubstr("is -1, but must be positive"));
+  EXPECT_THAT(error(bands + "refractive_index = { sellmeier = [1, 2, 3] }\n"), HasSubstr("as many C as B"));
+  EXPECT_THAT(error(bands + "refractive_index = { selmeier = [1, 2] }\n"),
+              HasSubstr("nearest known key is 'sellmeier'"));
+  EXPECT_THAT(error(bands + "refractive_index = {}\n"),
+              HasSubstr("one of the keys 'cauchy' and 'sellmeier'"));
+  EXPECT_THAT(error("[bands]\nwavelength_nm = 550\n"), HasSubstr("an array with one number per band"));
+  EXPECT_THAT(error("[bands]\nwavelength_nm = [550, -1, 1]\n"),
+              HasSubstr("wavelength_nm -1 in band 1 is not positive"));
+  EXPECT_THAT(error("[bands]\nwavelength_nm = [550, 600]\n"),
+              HasSubstr("wavelength_nm of [bands] has 2 values, but"));
+}
+
 TEST_F(SceneFileTest, RejectsWrongMirrorsAndGlass) {
   EXPECT_THAT(
       error("[materials.floor]\nspecular = 0.75\n"),
@@ -157,7 +227,7 @@ TEST_F(SceneFileTest, RejectsWrongMirrorsAndGlass) {
               AllOf(HasSubstr("scene.toml:3"), HasSubstr("transmission 1.5 in band 1 is outside [0, 1]")));
   EXPECT_THAT(
       error("[materials.floor]\nrefractive_index = -1.5\n"),
-      AllOf(HasSubstr("scene.toml:3"), HasSubstr("refractive_index = -1.5: must be positive and finite")));
+      AllOf(HasSubstr("scene.toml:3"), HasSubstr("refractive_index -1.5 is not positive and finite")));
   EXPECT_THAT(error("[materials.floor]\nrefractive_index = \"diamont\"\n"),
               AllOf(HasSubstr("scene.toml:3"), HasSubstr("'diamont'; the nearest known is 'diamond'")));
   EXPECT_THAT(error("[materials.floor]\nshininess = -1\n"), HasSubstr("shininess = -1: must be at least 0"));

@@ -214,6 +214,7 @@ TEST(ReadSolution, KeepsMirrorsAndGlass) {
   materials[1].shininess = 12.5;
   materials[0].transmission = Eigen::Array2d(0.5, 1.0 / 3);
   materials[0].refractive_index = 1.52;
+  materials[1].refractive_indices = Eigen::Array2d(1.4, 1.6);
   const PatchMesh mesh = three_patches().with_materials(materials);
   write_solution(directory / "out.vtp", mesh, made_up_solution(mesh), kProvenance, 1);
   const std::vector<Material> solved = read_solution(directory / "out.vtp").mesh.materials();
@@ -224,13 +225,16 @@ TEST(ReadSolution, KeepsMirrorsAndGlass) {
     ASSERT_EQ(glass.transmission.size(), 2);
     EXPECT_TRUE((glass.transmission == materials[0].transmission).all());
     EXPECT_EQ(glass.refractive_index, 1.52);
+    EXPECT_EQ(glass.refractive_indices.size(), 0);
     EXPECT_TRUE(std::isinf(glass.shininess));
   }
   for (const Material& gloss : {solved[1], as_scene[0]}) {
     ASSERT_EQ(gloss.specular.size(), 2);
     EXPECT_TRUE((gloss.specular == materials[1].specular).all());
     EXPECT_EQ(gloss.shininess, 12.5);
-    EXPECT_EQ(gloss.refractive_index, 1);
+    EXPECT_EQ(gloss.refractive_index, 1.5);
+    ASSERT_EQ(gloss.refractive_indices.size(), 2);
+    EXPECT_TRUE((gloss.refractive_indices == materials[1].refractive_indices).all());
   }
 }
 

@@ -57,6 +57,16 @@ TEST(Material, GivesBackAtMostWhatArrives) {
   }
 }
 
+TEST(Material, HasOneIndexOrOneForEachBand) {
+  Material material = glossy();
+  material.refractive_indices = Eigen::Array2d(1.5, 1.6);
+  EXPECT_EQ(error(material), "");
+  material.refractive_indices[1] = 0;
+  EXPECT_THAT(error(material), HasSubstr("material 'glossy', band 1: refractive index 0 is not positive"));
+  material.refractive_indices = Eigen::Array3d(1.5, 1.5, 1.5);
+  EXPECT_THAT(error(material), HasSubstr("3 refractive indices, but reflectance has 2 bands"));
+}
+
 TEST(Material, WithoutMirrorsAndGlassHasZerosOfThem) {
   Material material = glossy();
   material.specular = material.transmission = {};

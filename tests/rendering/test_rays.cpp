@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "io/files.hpp"
+#include "radiosity/io/refractive_index.hpp"
 #include "radiosity/meshing/make_patches.hpp"
 #include "radiosity/meshing/scene.hpp"
 #include "radiosity/rendering/path_traced.hpp"
@@ -138,6 +139,55 @@ TEST(RayTracing, ASlabShiftsTheRay) {
       ray_tracing(with_values(model.scene(), [](const Vec3& x) { return x.z() == -4 ? 10 + x.x() : 0; }));
   const double x = seen(*pipeline, {-1, 0, 1}, {1, 0, -1}) - 10;
   EXPECT_NEAR((4 - x) * std::cos(pi / 4), 0.3291423, 1e-7);  // without it, x = 4 on the floor
+}
+
+// A prism of 60° of BK7, the lines C, d and F, a screen of three bands that tells the height of each. In two dimensions: the faces rise by
+// ±60°, light falls on the left one at 50°, is refracted in by n and out again by 1/n.
+TEST(RayTracing, APrismSeparatesTheColours) {
+  const BandValues wavelengths = Eigen::Array3d(656.2725, 587.5618, 486.1327);
+  const BandValues indices = Eigen::Array3d(1.51432, 1.51680, 1.52238);  // as published
+  Material bk7 = material("BK7", BandValues::Zero(3), BandValues::Zero(3));
+  bk7.transmission = BandValues::Ones(3);
+  bk7.refractive_indices =
+      wavelengths.unaryExpr([](double nm) { return refractive_index(find_glass("BK7")->sellmeier, nm); });
+  Model model;
+  const Index m = model.add(bk7);
+  const Index black = model.add(material("screen", BandValues::Zero(3), BandValues::Zero(3)));
+  const double top = std::sqrt(3.0);
+  const Vec3 a(-1, 0, -5), b(1, 0, -5), c(0, top, -5), z(0, 0, 10);
+  model.face({a, c, b}, m);
+  model.face({a + z, b + z, c + z}, m);
+  model.face({a, a + z, c + z, c}, m);
+  model.face({b, c, c + z, b + z}, m);
+  model.face({a, b, b + z, a + z}, m);
+  model.face({{10, -9, -5}, {10, -9, 5}, {10, 9, 5}, {10, 9, -5}}, black);
+  ViewScene scene = model.scene();
+  scene.vertex_radiosity.emplace(scene.mesh->vertex_count(), 3);
+  for (Index v = 0; v < scene.mesh->vertex_count(); ++v)
+    scene.vertex_radiosity->row(v).setConstant(
+        scene.mesh->vertex(v).x() == 10 ? 20 + scene.mesh->vertex(v).y() : 0);
+  Camera camera;
+  const double degree = pi / 180;
+  const Vec3 entry(-0.5, top / 2, 0), along(std::cos(20 * degree), std::sin(20 * degree), 0);
+  camera.position = entry - 2 * along;
+  camera.target = entry;
+  camera.vertical_fov_deg = 1e-4;
+  const LinearImage image = ray_tracing(scene)->draw(camera, {.width = 1, .height = 1, .samples = 1});
+  std::array<double, 3> deviation{};
+  for (int k = 0; k < 3; ++k) {
+    const double n = indices[k], in = std::asin(std::sin(50 * degree) / n),
+                 out = std::asin(n * std::sin(60 * degree - in));
+    deviation[static_cast<std::size_t>(k)] = 50 + out / degree - 60;
+    // Inside it goes at in − 30° to the line from (1, 0) to (0, √3), and on at 20° − deviation.
+    const double slope = std::tan(in - 30 * degree);
+    const double x = (top - entry.y() + slope * entry.x()) / (slope + top);
+    const double y =
+        top * (1 - x) + std::tan(20 * degree - deviation[static_cast<std::size_t>(k)] * degree) * (10 - x);
+    EXPECT_NEAR(image.radiosity(0, k) - 20, y, 2e-4);  // 5e-6 of n
+  }
+  // (n_F − n_C) sin 60° / (cos 30.3° cos 48.6°) is 0.70°.
+  EXPECT_NEAR(deviation[2] - deviation[0], 0.70, 0.01);
+  EXPECT_GT(image.radiosity(0, 0) - image.radiosity(0, 2), 0.1);
 }
 
 // From within glass, beyond arcsin(1/1.5) = 41.8103° nothing leaves.
@@ -321,6 +371,40 @@ TEST(PathTracing, MirrorsAndGlassInAFurnaceShowTheFurnace) {
   const auto [dull, error] = look(mirror(1, 20), 16);
   EXPECT_LT(dull, 2 + 4 * error);
   EXPECT_GT(dull, 1.6);
+}
+
+// Glass bends one band of three past the edge of a lamp; where there is another lamp beyond it, all show the same.
+TEST(PathTracing, RefractsEachBandByItsOwnIndex) {
+  const auto scene = [](const Material& thing, double outside) {
+    Model model;
+    model.box({-9, -9, -1}, {9, 9, 0}, model.add(thing));
+    const Index dark = model.add(material("dark", BandValues::Zero(3), BandValues::Constant(3, outside)));
+    const Index lamp = model.add(material("lamp", BandValues::Zero(3), BandValues::Constant(3, 3)));
+    model.face({{-9, -9, -1.5}, {1, -9, -1.5}, {1, 9, -1.5}, {-9, 9, -1.5}}, dark);
+    model.face({{1, -9, -1.5}, {9, -9, -1.5}, {9, 9, -1.5}, {1, 9, -1.5}}, lamp);
+    return model.scene();
+  };
+  Material thing = material("glass", BandValues::Zero(3), BandValues::Zero(3));
+  thing.transmission = Eigen::Array3d(1, 0.75, 0.5);
+  thing.refractive_indices = Eigen::Array3d(1.1, 1.9, 1.3);
+  const auto look = [](const ViewScene& drawn) {
+    Camera camera;
+    camera.position = {-1, 0, 1};
+    camera.target = {0, 0, 0};
+    camera.vertical_fov_deg = 1e-4;
+    return find_pipeline("path-tracing")
+        .make(drawn)
+        ->draw(camera, {.width = 1, .height = 1, .samples = 4000, .standard_error = true});
+  };
+  const auto expect = [&](const LinearImage& image, const Eigen::Array3d& value) {
+    for (int b = 0; b < 3; ++b) {
+      EXPECT_NEAR(image.radiosity(0, b), value[b], 4 * (*image.standard_error)(0, b) + 1e-12);
+      EXPECT_LT((*image.standard_error)(0, b), 0.1);
+    }
+  };
+  // At 45° the slab takes it tan asin(sin 45° / n) = 0.839, 0.401, 0.648 aside, and the way below 0.5 more: the edge is between.
+  expect(look(scene(thing, 0)), 3 * thing.transmission.square() * Eigen::Array3d(1, 0, 1));
+  expect(look(scene(thing, 3)), 3 * thing.transmission.square());
 }
 
 // The mean radiosities of scenes/cube.toml: a closed unit cube, ρ = 0.5, whose ceiling has E = 1: floor 0.17121605, from which

@@ -18,6 +18,7 @@ struct LoadedScene {
   std::filesystem::path mesh_file;    ///< the mesh itself, where SCENE is a scene file that names it
   std::vector<std::string> warnings;  ///< what was odd about the file: a sentence each
   std::vector<Light> lights = {};     ///< by name; pictures show them, radiosity does not
+  BandValues wavelengths_nm = {};     ///< of the bands; empty: not given
 };
 
 /// What happens to a material that a face names but nothing defines. Where only geometry matters (form factors), it may be

@@ -29,7 +29,9 @@ struct Material {
   BandValues transmission = {};  ///< k_t: refracted through the surface; empty: none
   /// Exponent n of the lobe cosⁿ of the angle to the mirror's direction; ∞: a mirror.
   double shininess = std::numeric_limits<double>::infinity();
-  double refractive_index = 1;  ///< of what is behind the front, against vacuum
+  double refractive_index = 1;  ///< of what is behind the front, against what is outside
+  /// Of a material that refracts each band by its own index, one per band; empty: refractive_index is that of all.
+  BandValues refractive_indices = {};
 };
 
 /// 1 − ρ per band.
@@ -41,7 +43,7 @@ BandValues transmission(const Material& material);
 
 /// Throws InputError, naming material, band, value and rule, unless reflectance and emission (and absorptance, where it is
 /// given) have the same, non-zero number of bands, 0 ≤ ρ ≤ 1, 0 ≤ E < ∞, ρ is 1 − absorptance as a double, k_s and k_t are empty or have as many
-/// bands and are at least 0, ρ + k_s + k_t ≤ 1 but for rounding, the shininess is at least 0 and the refractive index is positive.
+/// bands and are at least 0, ρ + k_s + k_t ≤ 1 but for rounding, the shininess is at least 0 and the refractive indices are positive and one, or one per band.
 void validate(const Material& material);
 
 }  // namespace radiosity
