@@ -3,6 +3,7 @@
 
 #include "commands.hpp"
 #include "radiosity/io/comparison.hpp"
+#include "radiosity/rendering/path_traced.hpp"
 #include "stages.hpp"
 
 namespace radiosity::app {
@@ -24,6 +25,10 @@ int run_compare(const Options& options) {
     job.report.seconds.mesh = job.stage.lap();
     tell_patches(job, made, patches);
   };
+  compare_options.trace = [](const auto& mesh, std::span<const Place> places, Index paths,
+                             std::uint64_t seed) {
+    return path_traced(mesh, places, paths, seed).irradiance;
+  };
   const Comparison comparison = [&] {
     ProgressBar bar(job.console, "comparing");
     compare_options.progress = [&](double fraction) { return bar(fraction); };
@@ -40,6 +45,12 @@ int run_compare(const Options& options) {
   const ComparedReference& reference = comparison.finer ? *comparison.finer : comparison.factors;
   job.console.line("reference", "{} with {} samples on {} patches; errs by {:.2g} % itself", reference.method,
                    reference.settings.samples, reference.patches, 100 * reference.own_error());
+  if (reference.traced)
+    job.console.line(
+        "path tracing",
+        "of {} patches: the reference errs by {:.2g} ± {:.2g} %, by {:.2g} ± {:.2g} % in the mean",
+        comparison.tracing->patches, 100 * reference.traced->rms, 100 * reference.traced->standard_error,
+        100 * reference.traced->mean, 100 * reference.traced->mean_standard_error);
   for (const std::string& note : comparison.notes) job.console.line("note", "{}", note);
   for (const Advice& line : advice(comparison))
     job.console.line("for", "{}", advice_text(comparison, line, origin));

@@ -38,11 +38,11 @@ class Stopwatch {
 };
 
 /// Half of the sensors on surfaces, evenly by area; the others in the room, facing anywhere.
-std::vector<TracedPlace> places(const Visibility& visibility, Index count) {
+std::vector<Place> places(const Visibility& visibility, Index count) {
   const PatchMesh& mesh = visibility.mesh();
   std::mt19937_64 random(7);
   const auto draw = [&] { return test::uniform(random); };
-  std::vector<TracedPlace> result;
+  std::vector<Place> result;
   while (static_cast<Index>(result.size()) < count) {
     if (result.size() % 2 == 0) {
       double where = draw() * mesh.areas().sum();
@@ -105,9 +105,9 @@ int main(int argc, char** argv) {
   const Scene scene = test::closed_cornell_box();
   const Patches faces = make_patches(scene, KeepFaces{});
   const Visibility faces_visibility(faces.mesh);
-  const std::vector<TracedPlace> all = places(faces_visibility, sensors);
+  const std::vector<Place> all = places(faces_visibility, sensors);
   std::vector<Sensor> list;
-  for (const TracedPlace& place : all) list.push_back({place.position, place.normal});
+  for (const Place& place : all) list.push_back({place.position, place.normal});
 
   Stopwatch watch;
   const auto mesh = std::make_shared<const PatchMesh>(faces.mesh);

@@ -41,7 +41,7 @@ Truth truth(const Scene& scene, const PatchMesh& mesh, const BandArray& irradian
   }
   std::mt19937_64 random(7);
   const auto draw = [&] { return test::uniform(random); };
-  std::vector<TracedPlace> chosen;
+  std::vector<Place> chosen;
   std::vector<Index> elements;
   while (static_cast<Index>(chosen.size()) < places) {
     const auto e =

@@ -12,6 +12,7 @@
 #include "cases/scenes.hpp"
 #include "radiosity/formfactors/assemble.hpp"
 #include "radiosity/formfactors/visibility.hpp"
+#include "radiosity/rendering/path_traced.hpp"
 #include "radiosity/simulation/compare.hpp"
 
 namespace {
@@ -39,6 +40,10 @@ std::string percent(double share) {
   return fmt::format("{:.2g} %", 100 * share);
 }
 
+std::string traced(const TracedError& error) {
+  return fmt::format("{:.2g} ± {:.2g} %", 100 * error.rms, 100 * error.standard_error);
+}
+
 std::string setting(const ComparedRun& run) {
   return run.settings.has_resolution()
              ? fmt::format("{} {} × {}", run.method, run.settings.samples, run.settings.resolution)
@@ -53,12 +58,16 @@ void print_reference(const ComparedReference& reference) {
                  ? fmt::format(", its patches by about {} (order {:.2g}{})", percent(*reference.patch_error),
                                *reference.order, reference.order_assumed ? ", assumed" : "")
                  : "");
+  if (reference.traced)
+    fmt::print("By path tracing it errs by {}, by {:.2g} ± {:.2g} % in the mean.\n",
+               traced(*reference.traced), 100 * reference.traced->mean,
+               100 * reference.traced->mean_standard_error);
 }
 
 void print_methods(const Comparison& all) {
   fmt::print(
-      "\n| method and setting | patches | s | MB | of form factors | all told | largest |\n"
-      "|---|---|---|---|---|---|---|\n");
+      "\n| method and setting | patches | s | MB | of form factors | all told | largest | by path tracing |\n"
+      "|---|---|---|---|---|---|---|---|\n");
   std::size_t left_out = 0;
   for (const ComparedRun& run : all.runs) {
     if (!run.left_out.empty()) {
@@ -66,9 +75,10 @@ void print_methods(const Comparison& all) {
       continue;
     }
     if (run.mesh != all.own) continue;
-    fmt::print("| {} | {} | {:.2g} | {:.3g} | {} | {} | {} |\n", setting(run), all.meshes[run.mesh].patches,
-               run.seconds, run.bytes / 1e6, percent(run.factors->rms),
-               run.total ? percent(run.total->rms) : "–", percent(run.factors->largest));
+    fmt::print("| {} | {} | {:.2g} | {:.3g} | {} | {} | {} | {} |\n", setting(run),
+               all.meshes[run.mesh].patches, run.seconds, run.bytes / 1e6, percent(run.factors->rms),
+               run.total ? percent(run.total->rms) : "–", percent(run.factors->largest),
+               run.traced ? traced(*run.traced) : "–");
   }
   fmt::print("\n{} of {} runs on all meshes were left out.\n", left_out, all.runs.size());
 }
@@ -202,6 +212,9 @@ int main(int argc, char** argv) {
     if (scene.name.find(only) == std::string::npos) continue;
     CompareOptions options;
     options.budget_s = budget;
+    options.trace = [](const auto& mesh, std::span<const Place> places, Index paths, std::uint64_t seed) {
+      return path_traced(mesh, places, paths, seed).irradiance;
+    };
     const Comparison comparison = compare(scene.make(), PatchSize{scene.patch_size}, options);
     fmt::print("\n## {}: {} patches of at most {} m\n\nSame patches: ", scene.name,
                comparison.meshes[comparison.own].patches, scene.patch_size);

@@ -55,6 +55,14 @@ BandArray finer_solution(const PatchMesh& mesh) {
   return restrict_to(fine.coarsening, fine.mesh.areas(), reference.solution.radiosity);
 }
 
+std::optional<TracedReference> traced_reference(const PatchMesh& mesh, const TraceIrradiance& trace) {
+  if (!trace) return {};
+  const Visibility visibility(mesh);
+  TracedReference out(visibility, trace, 512);
+  for (int round = 0; round < 32; ++round) out.add_round(128);
+  return out;
+}
+
 double relative(const PatchMesh& mesh, const BandArray& b, const BandArray& exact) {
   double above = 0, below = 0;
   for (Index i = 0; i < mesh.patch_count(); ++i) {
@@ -69,27 +77,31 @@ double relative(const PatchMesh& mesh, const BandArray& b, const BandArray& exac
 
 std::vector<CalibrationCase> calibration(int rooms, bool smaller_too,
                                          const std::function<void(const CalibrationCase&)>& seen,
-                                         std::string_view method) {
+                                         std::string_view method, const TraceIrradiance& trace) {
   const std::vector<Setting> settings = settings_of(method);
   std::vector<CalibrationCase> all;
-  const auto add = [&](const std::string& scene, const Setting& setting, double truth, double estimate) {
-    all.push_back({scene, name_of(setting), truth, estimate});
+  const auto add = [&](const std::string& scene, const Setting& setting, double truth, double estimate,
+                       std::optional<TracedError> traced = {}) {
+    all.push_back({scene, name_of(setting), truth, estimate, traced});
     if (seen) seen(all.back());
   };
   const auto against_finer = [&](const std::string& name, const Scene& scene, std::array<double, 2> sizes) {
     for (const double size : std::span(sizes).first(smaller_too ? 2 : 1)) {
       const PatchMesh mesh = make_patches(scene, PatchSize{size}).mesh;
       const BandArray exact = finer_solution(mesh);
+      const auto traced = traced_reference(mesh, trace);
       for (const Setting& setting : settings) {
         const SolvedScene result = solved(scene, PatchSize{size}, setting, true);
         add(fmt::format("{}, {} patches", name, mesh.patch_count()), setting,
-            relative(mesh, result.solution.radiosity, exact), result.error->known);
+            relative(mesh, result.solution.radiosity, exact), result.error->known,
+            traced ? std::optional(traced->error(result.solution.radiosity)) : std::nullopt);
       }
     }
   };
   against_finer("cube, ρ = ½", lit_cube(0.5, 0.5, 0.5), {0.25, 0.125});
   against_finer("cube, ρ = 0.2, 0.7, 0.5", lit_cube(0.2, 0.7, 0.5), {0.25, 0.125});
 
+  std::optional<TracedReference> furnace;
   for (const Setting& setting : settings) {  // R1: B = E/(1 − ρ); what the box covers sees nothing
     const SolvedScene result = solved(box_on_floor(), PatchSize{0.17}, setting, true);
     const PatchMesh& mesh = result.patches.mesh;
@@ -97,8 +109,10 @@ std::vector<CalibrationCase> calibration(int rooms, bool smaller_too,
     BandArray exact = BandArray::Constant(mesh.patch_count(), 1, 2);
     for (Index i = 0; i < mesh.patch_count(); ++i)
       if (visibility.covered(i)) exact(i, 0) = 1;
+    if (trace && !furnace) furnace = traced_reference(mesh, trace);
     add(fmt::format("furnace with a box, {} patches", mesh.patch_count()), setting,
-        relative(mesh, result.solution.radiosity, exact), result.error->known);
+        relative(mesh, result.solution.radiosity, exact), result.error->known,
+        furnace ? std::optional(furnace->error(result.solution.radiosity)) : std::nullopt);
   }
 
   MeshBuilder ball;

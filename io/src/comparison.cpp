@@ -44,9 +44,13 @@ std::vector<bool> on_front(const Comparison& comparison, const std::vector<CostA
 std::string csv(const Comparison& comparison) {
   std::string out =
       "kind,name,samples,resolution,seed,patch_size_m,patches,tolerance,products,seconds,bytes,rays,residual,"
-      "error_factors,largest_factors,error_total,largest_total,error_at_most,pareto,left_out\n";
+      "error_factors,largest_factors,error_total,largest_total,error_at_most,path_tracing,path_tracing_error,"
+      "pareto,left_out\n";
   const auto rms = [](const std::optional<RelativeError>& error) {
     return error ? std::optional(error->rms) : std::nullopt;
+  };
+  const auto traced = [](const std::optional<TracedError>& error) {
+    return error ? fmt::format("{},{}", error->rms, error->standard_error) : ",";
   };
   const auto largest = [](const std::optional<RelativeError>& error) {
     return error ? std::optional(error->largest) : std::nullopt;
@@ -56,24 +60,32 @@ std::string csv(const Comparison& comparison) {
     const ComparedRun& run = comparison.runs[r];
     const ComparedMesh& mesh = comparison.meshes[run.mesh];
     const bool ran = run.left_out.empty();
-    out += fmt::format("method,{},{},{},{},{},{},,,{},{},{},,{},{},{},{},{},{},{}\n", run.method,
+    out += fmt::format("method,{},{},{},{},{},{},,,{},{},{},,{},{},{},{},{},{},{},{}\n", run.method,
                        run.settings.samples,
                        run.settings.has_resolution() ? fmt::format("{}", run.settings.resolution) : "",
                        run.settings.seed, mesh.size, mesh.patches, ran ? fmt::format("{}", run.seconds) : "",
                        ran ? fmt::format("{}", run.bytes) : "", ran ? fmt::format("{}", run.rays) : "",
                        number(rms(run.factors)), number(largest(run.factors)), number(rms(run.total)),
-                       number(largest(run.total)), number(error_at_most(comparison, run)),
+                       number(largest(run.total)), number(error_at_most(comparison, run)), traced(run.traced),
                        ran ? (best[r] ? "1" : "0") : "", quoted(run.left_out));
   }
   const ComparedMesh& own = comparison.meshes[comparison.own];
   for (const SolverRun& run : comparison.solvers) {
     const bool ran = run.seconds > 0;
-    out += fmt::format("solver,{},,,,{},{},{},{},{},,,{},{},,,,,,{}\n", run.solver, own.size, own.patches,
+    out += fmt::format("solver,{},,,,{},{},{},{},{},,,{},{},,,,,{},,{}\n", run.solver, own.size, own.patches,
                        run.tolerance, ran ? fmt::format("{}", run.products) : "",
                        ran ? fmt::format("{}", run.seconds) : "", ran ? fmt::format("{}", run.residual) : "",
-                       ran ? fmt::format("{}", run.error) : "", quoted(run.left_out));
+                       ran ? fmt::format("{}", run.error) : "", traced(run.traced), quoted(run.left_out));
   }
   return out;
+}
+
+void add_traced(Json& json, const std::optional<TracedError>& error) {
+  if (!error) return;
+  json["path_tracing"] = {{"rms", error->rms},
+                          {"standard_error", error->standard_error},
+                          {"mean", error->mean},
+                          {"mean_standard_error", error->mean_standard_error}};
 }
 
 Json to_json(const ComparedReference& reference) {
@@ -86,6 +98,7 @@ Json to_json(const ComparedReference& reference) {
     json["order"] = *reference.order;
     json["order_assumed"] = reference.order_assumed;
   }
+  add_traced(json, reference.traced);
   return json;
 }
 
@@ -118,6 +131,7 @@ Json to_json(const Comparison& comparison, const ComparisonOrigin& origin) {
       json["error_factors"] = to_json(run.factors);
       json["error_total"] = to_json(run.total);
       json["error_at_most"] = error_at_most(comparison, run).value_or(0);
+      add_traced(json, run.traced);
       json["pareto"] = bool(fastest[r]);
       json["pareto_bytes"] = bool(smallest[r]);
     }
@@ -131,6 +145,7 @@ Json to_json(const Comparison& comparison, const ComparisonOrigin& origin) {
       json["seconds"] = run.seconds;
       json["residual"] = run.residual;
       json["error"] = run.error;
+      add_traced(json, run.traced);
     }
     if (!run.left_out.empty()) json["left_out"] = run.left_out;
     solvers.push_back(std::move(json));
@@ -155,6 +170,12 @@ Json to_json(const Comparison& comparison, const ComparisonOrigin& origin) {
                {"seconds", comparison.seconds},
                {"reference", to_json(comparison.factors)}};
   if (comparison.finer) json["finer_reference"] = to_json(*comparison.finer);
+  if (comparison.tracing)
+    json["path_tracing"] = {{"patches", comparison.tracing->patches},
+                            {"rounds", comparison.tracing->rounds},
+                            {"paths", comparison.tracing->paths},
+                            {"seconds", comparison.tracing->seconds},
+                            {"noise", comparison.tracing->noise}};
   json["own_mesh"] = comparison.own;
   json["meshes"] = std::move(meshes);
   json["runs"] = std::move(runs);

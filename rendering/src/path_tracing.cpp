@@ -87,7 +87,7 @@ class PathTracing final : public Pipeline {
   Index bands() const { return mesh().bands(); }
 
   /// One estimate of the irradiance at a place, added to `sum`.
-  void irradiance(const TracedPlace& place, RandomStream& random, Row sum) const {
+  void irradiance(const Place& place, RandomStream& random, Row sum) const {
     const Bands none = Bands::Zero(mesh().bands());
     const Finish white{none + 1, none, none, none, kDelta, none + 1, false, false};
     const Vec3 n = place.normal.normalized();
@@ -271,8 +271,8 @@ class PathTracing final : public Pipeline {
 
 }  // namespace
 
-PathTraced path_traced(std::shared_ptr<const PatchMesh> mesh, std::span<const TracedPlace> places,
-                       Index paths, std::uint64_t seed) {
+PathTraced path_traced(std::shared_ptr<const PatchMesh> mesh, std::span<const Place> places, Index paths,
+                       std::uint64_t seed) {
   if (paths < 2) throw InputError(fmt::format("{} paths: a standard error needs at least two", paths));
   const PathTracing tracing({std::move(mesh)}, {});
   const auto count = static_cast<Eigen::Index>(places.size());

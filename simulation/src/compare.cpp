@@ -10,8 +10,10 @@
 namespace radiosity {
 namespace {
 
-std::vector<std::string> notes_on(const Reference& reference, bool has_finer) {
+std::vector<std::string> notes_on(const Reference& reference, bool has_finer, bool not_traced) {
   std::vector<std::string> notes;
+  if (not_traced)
+    notes.emplace_back("path tracing does not fit a tenth of the budget: nothing independent judges");
   if (reference.exact_s)
     notes.push_back(fmt::format(
         "the reference is of rays: factors pair by pair, exact here, would take about {:.2g} s; a budget "
@@ -38,7 +40,11 @@ Comparison compare(const Scene& given, const PatchOptions& patches, const Compar
   Comparison out;
   auto reference = make_reference(series.user(), kReferenceShare * budget.seconds(), options.seed, budget);
   if (reference) {
-    out.solvers = compare_solvers(series.user().mesh(), *reference->f, budget);
+    ComparedTracing tracing;
+    const auto traced =
+        trace_reference(*series.user().visibility, options.trace, options.seed, budget, tracing);
+    if (traced) out.tracing = tracing;
+    out.solvers = compare_solvers(series.user().mesh(), *reference->f, traced, budget);
     reference->f.reset();
     add_coarser(series, scene);
     std::optional<FinerReference> finer;
@@ -48,11 +54,13 @@ Comparison compare(const Scene& given, const PatchOptions& patches, const Compar
       for (std::size_t m = 0; m < series.meshes.size(); ++m)
         series.meshes[m].facts.own_noise = finer->noise[m];
       out.finer = with_patch_error(*finer, refined->k, *reference, series, options.seed, budget);
+      if (traced) out.finer->traced = traced->error(finer->radiosity[series.own]);
       out.where_patches = error_map(series.user().mesh(), reference->radiosity, finer->radiosity[series.own]);
     }
-    out.runs = compare_methods(series, *reference, finer, options.seed, budget);
-    out.notes = notes_on(*reference, finer.has_value());
+    out.runs = compare_methods(series, *reference, finer, traced, options.seed, budget);
+    out.notes = notes_on(*reference, finer.has_value(), options.trace && !traced);
     out.factors = reference->facts;
+    if (traced) out.factors.traced = traced->error(reference->radiosity);
     out.radiosity = std::move(reference->radiosity);
   } else if (!budget.interrupted()) {
     throw InputError(

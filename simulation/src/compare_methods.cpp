@@ -17,8 +17,9 @@ constexpr double kReferenceSamples = 10;  // rays or points of a reference over 
 constexpr double kDefaultShare = 0.25;    // of what is left, for the default setting of a method
 
 struct Judges {
-  const Reference& reference;                  // of the user's mesh
-  const std::optional<FinerReference>& finer;  // of all meshes
+  const Reference& reference;                    // of the user's mesh
+  const std::optional<FinerReference>& finer;    // of all meshes
+  const std::optional<TracedReference>& traced;  // of the user's mesh
 };
 
 // Why no reference is accurate enough to judge a run; empty where they are.
@@ -62,6 +63,7 @@ std::string measure(ComparedRun& run, const MeshSeries& series, const Judges& ju
   run.rays = solved->rays;
   if (run.mesh == series.own) {
     run.factors = relative_error(mesh.mesh(), solved->radiosity, judges.reference.radiosity);
+    if (judges.traced) run.traced = judges.traced->error(solved->radiosity);
     run.where = error_map(mesh.mesh(), solved->radiosity, judges.reference.radiosity);
   }
   if (judges.finer)
@@ -97,9 +99,10 @@ void keep_one_map_per_method(std::vector<ComparedRun>& runs) {
 }  // namespace
 
 std::vector<ComparedRun> compare_methods(const MeshSeries& series, const Reference& reference,
-                                         const std::optional<FinerReference>& finer, std::uint64_t seed,
+                                         const std::optional<FinerReference>& finer,
+                                         const std::optional<TracedReference>& traced, std::uint64_t seed,
                                          Budget& budget) {
-  const Judges judges{reference, finer};
+  const Judges judges{reference, finer, traced};
   std::vector<ComparedRun> runs = planned_runs(series, finer.has_value(), seed);
   for (ComparedRun& run : runs) {
     run.left_out = not_judged(series, judges, run);

@@ -10,7 +10,8 @@ constexpr double kSolverShare = 0.1;  // of the budget
 constexpr int kDigits = 8;            // the tolerances are 10^−1 … 10^−kDigits
 
 std::vector<SolverRun> measure(const SolverInfo& info, const RadiositySystem& system, const PatchMesh& mesh,
-                               const BandArray& exact, Budget& budget, double until) {
+                               const BandArray& exact, const std::optional<TracedReference>& traced,
+                               Budget& budget, double until) {
   std::vector<SolverRun> out;
   const auto next_tolerance = [&] { return std::pow(10.0, -1 - static_cast<double>(out.size())); };
   const double passes = info.gathers ? 1 : 1.0 / system.size();  // over F, per iteration
@@ -26,7 +27,8 @@ std::vector<SolverRun> measure(const SolverInfo& info, const RadiositySystem& sy
                      .products = iteration * passes,
                      .seconds = reached - paused,
                      .residual = residual,
-                     .error = relative_error(mesh, radiosity, exact).rms});
+                     .error = relative_error(mesh, radiosity, exact).rms,
+                     .traced = traced ? std::optional(traced->error(radiosity)) : std::nullopt});
     paused += watch.elapsed() - reached;
     return budget.go_on(until);
   };
@@ -41,7 +43,8 @@ std::vector<SolverRun> measure(const SolverInfo& info, const RadiositySystem& sy
 
 }  // namespace
 
-std::vector<SolverRun> compare_solvers(const PatchMesh& mesh, const FormFactorMatrix& f, Budget& budget) {
+std::vector<SolverRun> compare_solvers(const PatchMesh& mesh, const FormFactorMatrix& f,
+                                       const std::optional<TracedReference>& traced, Budget& budget) {
   const RadiositySystem system(f, mesh);
   SolverOptions options;
   options.tolerance = 1e-12;
@@ -51,7 +54,7 @@ std::vector<SolverRun> compare_solvers(const PatchMesh& mesh, const FormFactorMa
   std::vector<SolverRun> out;
   for (const SolverInfo& info : solvers()) {
     const double now = budget.elapsed();
-    for (SolverRun& run : measure(info, system, mesh, exact, budget, now + (end - now) / waiting--))
+    for (SolverRun& run : measure(info, system, mesh, exact, traced, budget, now + (end - now) / waiting--))
       out.push_back(std::move(run));
   }
   return out;

@@ -313,7 +313,7 @@ TEST(PathTraced, FindsTheIrradianceOfTheCubesFloor) {
   model.face({{0, 1, 0}, {1, 1, 0}, {1, 1, 1}, {0, 1, 1}}, model.add(grey(0.5, 1)));
   const auto mesh = model.scene().mesh;
   constexpr int kSide = 40;  // H is smooth: a rule of midpoints errs by some 10⁻⁵
-  std::vector<TracedPlace> places;
+  std::vector<Place> places;
   for (int k = 0; k < kSide * kSide; ++k)
     places.push_back({{(k % kSide + 0.5) / kSide, 0, (k / kSide + 0.5) / kSide}, {0, 3, 0}, 0});
   const PathTraced floor = path_traced(mesh, places, 100);

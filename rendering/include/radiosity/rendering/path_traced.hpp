@@ -5,16 +5,10 @@
 #include <memory>
 #include <span>
 
+#include "radiosity/formfactors/place.hpp"
 #include "radiosity/meshing/patch_mesh.hpp"
 
 namespace radiosity {
-
-/// A place to measure irradiance at.
-struct TracedPlace {
-  Vec3 position;  ///< m
-  Vec3 normal;    ///< any length but 0
-  Index patch;    ///< that it lies on; Visibility::kNothing: none
-};
 
 struct PathTraced {
   BandArray irradiance, standard_error;  ///< places × bands, W/m²
@@ -24,7 +18,7 @@ struct PathTraced {
 /// paths of the pipeline "path-tracing", which start here as if from a surface that gives back all light, with the standard error of
 /// that mean. The mesh may be as coarse as the geometry allows. One stream of random numbers per place and path. Throws InputError on
 /// fewer than two paths.
-PathTraced path_traced(std::shared_ptr<const PatchMesh> mesh, std::span<const TracedPlace> places,
-                       Index paths, std::uint64_t seed = 1);
+PathTraced path_traced(std::shared_ptr<const PatchMesh> mesh, std::span<const Place> places, Index paths,
+                       std::uint64_t seed = 1);
 
 }  // namespace radiosity

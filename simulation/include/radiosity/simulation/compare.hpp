@@ -11,6 +11,7 @@
 #include "radiosity/formfactors/form_factor_method.hpp"
 #include "radiosity/meshing/make_patches.hpp"
 #include "radiosity/meshing/progress.hpp"
+#include "radiosity/simulation/traced_reference.hpp"
 #include "radiosity/solver/solver.hpp"
 
 namespace radiosity {
@@ -22,6 +23,8 @@ struct CompareOptions {
   Progress progress = {};              ///< fraction of the budget spent
   std::function<void(const Patches&)> meshed =
       {};  ///< called with the user's patches before anything is solved
+  /// An independent judge of all that is solved on the user's patches, in a tenth of the budget; empty: none.
+  TraceIrradiance trace = {};
 };
 
 /// Error of a radiosity B against a reference R, relative to the reflected radiosity R − E:
@@ -69,6 +72,8 @@ struct ComparedRun {
   std::optional<RelativeError> factors = {};
   /// Against the finer reference: the error of form factors and patches.
   std::optional<RelativeError> total = {};
+  /// By CompareOptions::trace: the error of form factors and patches. Only on the user's mesh.
+  std::optional<TracedError> traced = {};
   /// n: max over the bands of |B_i − R_i| / mean(R − E) against the reference on the same patches. Only on the user's mesh, and
   /// for one run of each method: the default setting, or where that did not run the finest that did.
   Eigen::ArrayXd where = {};
@@ -81,8 +86,9 @@ struct SolverRun {
   std::string left_out = {};  ///< why it was not reached; empty: it was
   double products = 0;        ///< passes over F; a shot reads one row of n
   double seconds = 0;
-  double residual = 0;  ///< the solver's own estimate
-  double error = 0;     ///< RelativeError::rms against the solution of the same F to 1e-12
+  double residual = 0;                     ///< the solver's own estimate
+  double error = 0;                        ///< RelativeError::rms against the solution of the same F to 1e-12
+  std::optional<TracedError> traced = {};  ///< by CompareOptions::trace: F, patches and solver together
 };
 
 /// A solution that runs are judged by.
@@ -99,8 +105,15 @@ struct ComparedReference {
   std::optional<double> patch_error = {}, order = {};
   bool order_assumed =
       false;  ///< p could not be measured, or not within [1, 2]: 1, the least that is expected
+  std::optional<TracedError> traced = {};  ///< by CompareOptions::trace, on the user's patches
 
   double own_error() const;  ///< √(noise² + patch_error²)
+};
+
+/// What CompareOptions::trace was asked: its own noise is a share of the reflected light of a patch.
+struct ComparedTracing {
+  Index patches = 0, rounds = 0, paths = 0;  ///< traced; times; paths of each in a round
+  double seconds = 0, noise = 0;             ///< TracedReference::noise
 };
 
 struct Comparison {
@@ -110,6 +123,7 @@ struct Comparison {
   BandArray radiosity;                     ///< the reference on it, n × bands, W/m²
   ComparedReference factors;               ///< on the user's patches
   std::optional<ComparedReference> finer;  ///< on finer patches; nothing where the budget does not allow it
+  std::optional<ComparedTracing> tracing;  ///< nothing where it was not wanted or did not fit
   std::vector<ComparedRun> runs;           ///< by mesh, method and setting
   std::vector<SolverRun> solvers;
   std::vector<std::string> notes;
@@ -140,6 +154,9 @@ Measured measured(const Comparison& comparison);
 /// - elsewhere analytic with 16 times the default number of points, if that fits. The error falls as 1/N with the number of points, so
 ///   the noise is a third of the difference to a quarter as many;
 /// - otherwise by as many rays as fit: the mean of two solutions of different seeds. The noise is half their difference.
+///
+/// Where there is CompareOptions::trace, it judges the references, and all runs on the user's patches and the solvers, on up to 256
+/// patches (see TracedReference).
 ///
 /// Left out are runs that have more than a tenth of the rays or points of a reference, which could not judge them, and those that do
 /// not fit into the budget. Default settings on the user's patches run first if they take no more than a quarter of what is left of
