@@ -24,9 +24,9 @@ namespace {
 #endif
 #define RADIOSITY_INLINE inline __attribute__((always_inline))
 
-constexpr std::size_t kLanes = 8;
-using Floats [[gnu::vector_size(kLanes * sizeof(float))]] = float;
-using Doubles [[gnu::vector_size(kLanes * sizeof(double))]] = double;
+constexpr std::size_t kWide = 8;
+using Floats [[gnu::vector_size(kWide * sizeof(float))]] = float;
+using Doubles [[gnu::vector_size(kWide * sizeof(double))]] = double;
 
 constexpr std::size_t kRowsAtOnce = 4;   // x comes from the cache once for four rows of F
 constexpr std::size_t kBandsAtOnce = 4;  // 4 × 4 sums stay in registers
@@ -39,7 +39,7 @@ RADIOSITY_INLINE void dense_tile(const float* const* f, const double* x, std::si
                                  std::size_t to, double* y, std::size_t stride) {
   Doubles sum[kRows][kBands] = {};
   std::size_t j = from;
-  for (; j + kLanes <= to; j += kLanes) {
+  for (; j + kWide <= to; j += kWide) {
     Doubles values[kBands];
     for (std::size_t b = 0; b < kBands; ++b) std::memcpy(&values[b], x + b * n + j, sizeof(Doubles));
     for (std::size_t r = 0; r < kRows; ++r) {
@@ -52,7 +52,7 @@ RADIOSITY_INLINE void dense_tile(const float* const* f, const double* x, std::si
   for (std::size_t r = 0; r < kRows; ++r)
     for (std::size_t b = 0; b < kBands; ++b) {
       double total = 0;
-      for (std::size_t k = 0; k < kLanes; ++k) total += sum[r][b][k];
+      for (std::size_t k = 0; k < kWide; ++k) total += sum[r][b][k];
       for (std::size_t rest = j; rest < to; ++rest)
         total += static_cast<double>(f[r][rest]) * x[b * n + rest];
       y[r * stride + b] += total;

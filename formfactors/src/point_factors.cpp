@@ -18,19 +18,18 @@
 namespace radiosity {
 namespace {
 
-thread_local Occluders::Scratch scratch;
-
-struct Wall {
-  std::vector<Vec3> corners;  // relative to the centre
-  Vec3 normal;
-  Eigen::AlignedBox3d box;  // of what touches it
-};
+thread_local Occluders::Scratch point_scratch;
 
 }  // namespace
 
 struct PointFactors::Impl {
   Impl(const Visibility& v, Index rays, std::uint64_t s);
 
+  struct Wall {
+    std::vector<Vec3> corners;  // relative to the centre
+    Vec3 normal;
+    Eigen::AlignedBox3d box;  // of what touches it
+  };
   struct Plane {
     Vec3 normal, point;  // normal towards the side that x is on
   };
@@ -167,7 +166,7 @@ void PointFactors::Impl::add_single(const Vec3& x, const Vec3& from, const Vec3&
       single.factor = whole;
       break;
     case Occluders::View::partial:
-      single.factor = occluders->visible_point_factor(x, n, seen, whole, scratch);
+      single.factor = occluders->visible_point_factor(x, n, seen, whole, point_scratch);
       break;
     case Occluders::View::crowded:
       single = by_rays(from, n, j, whole, random);
@@ -281,17 +280,17 @@ void PointFactors::view(const Vec3& x, const Vec3& n, std::uint64_t stream, View
       if (!impl_->shines_towards(near, impl_->lamps[lamp.number])) continue;
       const auto classify = [&] {
         return lamp.free ? Occluders::View::free
-                         : occluders->classify(near, lamp.between, lamp.number, lamp.front, scratch);
+                         : occluders->classify(near, lamp.between, lamp.number, lamp.front, point_scratch);
       };
       impl_->add_single(near, off, n, impl_->lamps[lamp.number], lamp.front, classify, random, view);
     }
   } else {
-    if (occluders) occluders->look_from(near, n, scratch);
+    if (occluders) occluders->look_from(near, n, point_scratch);
     for (std::size_t k = 0; k < impl_->lamps.size(); ++k) {
       if (!impl_->shines_towards(near, impl_->lamps[k])) continue;
       const std::vector<Vec3> front = impl_->front_part(near, n, impl_->lamps[k]);
       const auto classify = [&] {
-        return occluders ? occluders->classify(near, scratch.near, k, front, scratch)
+        return occluders ? occluders->classify(near, point_scratch.near, k, front, point_scratch)
                          : Occluders::View::crowded;
       };
       impl_->add_single(near, off, n, impl_->lamps[k], front, classify, random, view);
@@ -311,16 +310,16 @@ std::optional<PointFactors::Outlook> PointFactors::outlook(Index patch) const {
   for (const Vec3& x : p) box.extend(x);
   for (std::size_t w = 0; w < impl_->walls.size(); ++w)
     if (box.intersects(impl_->walls[w].box)) out.walls.push_back(w);
-  impl_->occluders->look_from(p, n, impl_->facet_of[patch], impl_->visibility.facets(), scratch);
+  impl_->occluders->look_from(p, n, impl_->facet_of[patch], impl_->visibility.facets(), point_scratch);
   for (std::size_t k = 0; k < impl_->lamps.size(); ++k) {
     const Index j = impl_->lamps[k];
     if (std::none_of(p.begin(), p.end(), [&](const Vec3& x) { return impl_->shines_towards(x, j); }))
       continue;
     std::vector<Vec3> front = impl_->front_part(mesh.centroid(patch) - impl_->centre, n, j);
     if (front.empty()) continue;
-    const auto seen = impl_->occluders->classify(p, k, front, scratch);
+    const auto seen = impl_->occluders->classify(p, k, front, point_scratch);
     if (seen == Occluders::View::hidden) continue;
-    out.lamps.push_back({k, std::move(front), seen == Occluders::View::free, scratch.candidates});
+    out.lamps.push_back({k, std::move(front), seen == Occluders::View::free, point_scratch.candidates});
   }
   return out;
 }

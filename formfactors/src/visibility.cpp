@@ -28,14 +28,6 @@ Object* made(Object* object) {
   return object;
 }
 
-struct Plane {
-  float nx, ny, nz, d;  // n·x = d, n a unit vector
-  std::uint32_t facet = 0;
-  std::uint32_t back = 0;  // the other side of the facet; `facet` where there is none
-  float clear = 0;         // what is higher over the plane is neither in it nor part of the facet
-  float height(float x, float y, float z) const { return nx * x + ny * y + nz * z - d; }
-};
-
 // No facet reaches behind the plane of another. Scenes with so many planes that the test would cost more than it can save
 // count as not convex.
 bool is_convex(const std::vector<Facet>& facets, double diagonal) {
@@ -95,6 +87,14 @@ bool inside_a_room(const std::vector<Facet>& facets, const Vec3& centre) {
 }  // namespace
 
 struct Visibility::Impl {
+  struct Plane {
+    float nx, ny, nz, d;  // n·x = d, n a unit vector
+    std::uint32_t facet = 0;
+    std::uint32_t back = 0;  // the other side of the facet; `facet` where there is none
+    float clear = 0;         // what is higher over the plane is neither in it nor part of the facet
+    float height(float x, float y, float z) const { return nx * x + ny * y + nz * z - d; }
+  };
+
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
   struct Triangle {
@@ -280,7 +280,7 @@ Visibility::Visibility(const PatchMesh& mesh)
       }
     }
     for (const Index i : facet.patches) {
-      Plane& plane = impl_->planes[i];
+      Impl::Plane& plane = impl_->planes[i];
       plane.facet = static_cast<std::uint32_t>(f);
       plane.back = static_cast<std::uint32_t>(facet.back == Facet::kNoBack ? f : facet.back);
       const double rise = deviation + std::abs(normal.dot(mesh.centroid(i) - origin)) +
@@ -366,7 +366,7 @@ void Visibility::first_hits(Packet& packet) const {
   context.from = impl_->plane_of(packet.from);
   context.to = nullptr;
   alignas(64) std::array<float, 16> risen;
-  if (const Plane* from = context.from) {
+  if (const Impl::Plane* from = context.from) {
     for (std::size_t i = 0; i < 16; ++i) {
       const float rise = from->nx * packet.dx[i] + from->ny * packet.dy[i] + from->nz * packet.dz[i];
       // A ray that does not rise is looked at in full.

@@ -278,8 +278,7 @@ PathTraced path_traced(std::shared_ptr<const PatchMesh> mesh, std::span<const Pl
   const auto count = static_cast<Eigen::Index>(places.size());
   PathTraced result{BandArray(count, tracing.bands()), BandArray(count, tracing.bands())};
   tbb::parallel_for(Eigen::Index{0}, count, [&](Eigen::Index s) {
-    using Bands = Finish::Bands;
-    Bands sum = Bands::Zero(tracing.bands()), squares = sum, h = sum;
+    Finish::Bands sum = Finish::Bands::Zero(tracing.bands()), squares = sum, h = sum;
     for (Index k = 0; k < paths; ++k) {
       RandomStream random(seed, static_cast<std::uint64_t>(s) << 32 | static_cast<std::uint64_t>(k));
       h.setZero();

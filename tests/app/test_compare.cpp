@@ -50,14 +50,14 @@ TEST_F(Compare, WritesATableAReportAndAPageOfItsOwn) {
   std::size_t rows = 0;
   for (; std::getline(lines, line); ++rows) EXPECT_EQ(fields(line).size(), names.size()) << line;
 
-  const auto json = nlohmann::json::parse(read("out/trade.json"));
-  EXPECT_EQ(rows, json["runs"].size() + json["solvers"].size());
-  EXPECT_TRUE(json["completed"]);
-  const auto own = json["own_mesh"];
-  EXPECT_EQ(json["meshes"][own.get<std::size_t>()]["patches"], 96);
-  const double noise = json["reference"]["noise"];
+  const auto trade = nlohmann::json::parse(read("out/trade.json"));
+  EXPECT_EQ(rows, trade["runs"].size() + trade["solvers"].size());
+  EXPECT_TRUE(trade["completed"]);
+  const auto own = trade["own_mesh"];
+  EXPECT_EQ(trade["meshes"][own.get<std::size_t>()]["patches"], 96);
+  const double noise = trade["reference"]["noise"];
   [[maybe_unused]] bool exact = false;
-  for (const auto& one : json["runs"]) {
+  for (const auto& one : trade["runs"]) {
     if (one.contains("left_out")) {
       EXPECT_NE(one["left_out"], "");
       continue;
@@ -82,9 +82,9 @@ TEST_F(Compare, RecommendsACommandThatRuns) {
   write_cube();
   // All of it fits: what is advised must not hang on what the machine has time for.
   ASSERT_EQ(run({"compare", "cube.toml", "-o", "out", "--budget", "60", "--patch-size", "0.25"}).status, 0);
-  const auto json = nlohmann::json::parse(read("out/trade.json"));
-  ASSERT_EQ(json["advice"].size(), 4U);
-  const auto& five = json["advice"][0];
+  const auto trade = nlohmann::json::parse(read("out/trade.json"));
+  ASSERT_EQ(trade["advice"].size(), 4U);
+  const auto& five = trade["advice"][0];
   ASSERT_TRUE(five.contains("command"));
   EXPECT_LE(five["error_at_most"], 0.05);
   std::istringstream command(five["command"].get<std::string>());
@@ -100,8 +100,8 @@ TEST_F(Compare, EscapesTheNamesOfFiles) {
   write(name, read("cube.toml"));
   ASSERT_EQ(compare(name, "out").status, 0);
   EXPECT_THAT(read("out/index.html"), Not(HasSubstr("<b> & ")));
-  const auto json = nlohmann::json::parse(read("out/trade.json"));
-  EXPECT_EQ(json["scene"], R"('a <b> & '\''c'\''.toml')");
+  const auto trade = nlohmann::json::parse(read("out/trade.json"));
+  EXPECT_EQ(trade["scene"], R"('a <b> & '\''c'\''.toml')");
 }
 
 TEST_F(Compare, RefusesADirectoryThatHoldsOtherFilesAndReplacesItsOwn) {

@@ -53,6 +53,13 @@ inline std::string read_text(const std::filesystem::path& file) {
   return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 
+/// Every `from` in it is `to`.
+inline std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
+    text.replace(at, from.size(), to);
+  return text;
+}
+
 /// What `act` throws says; a failure when it throws nothing or something else. Nothing may be printed.
 template <class Exception, class Act>
 std::string message_of(Act&& act) {

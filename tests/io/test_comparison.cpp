@@ -8,7 +8,6 @@
 namespace radiosity::test {
 namespace {
 
-using nlohmann::json;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -84,7 +83,7 @@ class ComparisonFiles : public testing::Test {
 
 TEST_F(ComparisonFiles, ThePageHoldsTradeJsonBitForBit) {
   EXPECT_EQ(block("trade"), read("trade.json"));
-  const json trade = json::parse(read("trade.json"));
+  const nlohmann::json trade = nlohmann::json::parse(read("trade.json"));
   EXPECT_EQ(trade["scene"], kAwkward);
   EXPECT_EQ(trade["bands"], 1);
   EXPECT_EQ(trade["runs"][1]["standard"], true);
@@ -94,11 +93,11 @@ TEST_F(ComparisonFiles, ThePageHoldsTradeJsonBitForBit) {
 }
 
 TEST_F(ComparisonFiles, ThePageHoldsAPictureOfTheSceneAndOnePerMap) {
-  const json pictures = json::parse(block("pictures"));
+  const nlohmann::json pictures = nlohmann::json::parse(block("pictures"));
   const std::string png = "data:image/png;base64,iVBORw0KGgo";  // the signature of PNG
   EXPECT_EQ(pictures["scene"].get<std::string>().substr(0, png.size()), png);
   ASSERT_EQ(pictures["maps"].size(), 2U);
-  for (const json& map : pictures["maps"])
+  for (const nlohmann::json& map : pictures["maps"])
     EXPECT_EQ(map["picture"].get<std::string>().substr(0, png.size()), png);
   EXPECT_EQ(pictures["maps"][0]["run"], 1);
   EXPECT_EQ(pictures["maps"][1]["run"], nullptr);

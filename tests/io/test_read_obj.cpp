@@ -243,12 +243,6 @@ const std::string kRoom =
 const std::string kRoomMtl =
     "newmtl floor\nKd 0.2 0.2 0.2\nnewmtl w\nKd 0.5 0.5 0.5\nnewmtl ceil\nKd 0.8 0.8 0.8\nKe 10 10 10\n";
 
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
-    text.replace(at, from.size(), to);
-  return text;
-}
-
 void expect_same(const LoadedScene& loaded, const LoadedScene& reference) {
   const Scene &a = loaded.scene, &b = reference.scene;
   EXPECT_EQ(a.vertices(), b.vertices());

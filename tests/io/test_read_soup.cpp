@@ -31,12 +31,6 @@ void expect_box(const Scene& scene, double scale = 1) {
   for (Index f = 0; f < 6; ++f) EXPECT_TRUE(std::ranges::equal(scene.corners(f), kBoxFaces[f])) << f;
 }
 
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
-    text.replace(at, from.size(), to);
-  return text;
-}
-
 class SoupFiles : public testing::Test {
  protected:
   explicit SoupFiles(std::string name) : name_(std::move(name)) {}

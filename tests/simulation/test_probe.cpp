@@ -272,7 +272,7 @@ std::pair<double, double> floor_mean(F&& f, int places) {
 // Ceiling E = 1, ρ = 0.5 everywhere: mean B of the floor 0.17121605, so H = 0.3424321.
 constexpr double kFloorIrradiance = 0.17121605 / 0.5;
 
-PatchMesh lit_cube(Index n) {
+PatchMesh patched_cube(Index n) {
   return MeshBuilder()
       .use_material(grey("wall", 0.5, 0))
       .grid({0, 0, 0}, Vec3::UnitX(), Vec3::UnitY(), n, n)
@@ -286,7 +286,7 @@ PatchMesh lit_cube(Index n) {
 }
 
 TEST(Probe, InALitCubeFindsTheExactMean) {
-  const PatchMesh mesh = lit_cube(8);
+  const PatchMesh mesh = patched_cube(8);
   const Visibility visibility(mesh);
   const auto method = find_form_factor_method("analytic").make(visibility);
   const FormFactorMatrix f = assemble(*method, visibility).matrix;
