@@ -531,6 +531,11 @@ class Parser {
         ->disable_flag_override()
         ->option_text(" ")
         ->group("Image");
+    add_checked(command->add_option("--tessellation", view.tessellation,
+                                    "Facets of [shapes] are nowhere further from the shape than so many\n"
+                                    "pixels. Default: the chord error that the scene file says"),
+                "PIXELS", positive)
+        ->group("Image");
     add_checked(
         command->add_option("--attenuation-length", view.attenuation_length,
                             "Of gouraud, phong and priority: what is seen falls to 1/e of it over so\n"
@@ -714,6 +719,11 @@ class Parser {
     refuse(options_.view.depth.has_value(), "depth", &PipelineInfo::recursive);
     refuse(options_.view.classical_attenuation, "classical-attenuation", &PipelineInfo::recursive);
     refuse(options_.view.attenuation_length.has_value(), "attenuation-length", &PipelineInfo::local);
+    if (options_.view.tessellation && used.solved)
+      throw UsageError(
+          fmt::format("--tessellation has no effect with --pipeline {}: a solve takes shapes at the chord "
+                      "error of the scene file",
+                      used.name));
   }
 
   // Of false colours there are no pipelines, and their values have no colours.

@@ -47,6 +47,7 @@ struct Options {
     std::optional<int> depth;
     bool classical_attenuation = false;
     std::optional<double> attenuation_length;  ///< m
+    std::optional<double> tessellation;        ///< pixels
     std::string false_colour,
         band;  ///< an array, and a band of it by name or number; empty: none, the mean of all
     bool logarithmic = false;

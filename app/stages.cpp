@@ -118,9 +118,10 @@ void warn_of_lights(Job& job, const LoadedScene& loaded) {
            fmt::join(names, ", "))});
 }
 
-LoadedScene read_stage(Job& job, const std::filesystem::path& file, MissingMaterials missing) {
+LoadedScene read_stage(Job& job, const std::filesystem::path& file, MissingMaterials missing,
+                       const ChordError& chord_error) {
   job.stage.lap();
-  LoadedScene loaded = read_scene(file, missing);
+  LoadedScene loaded = read_scene(file, missing, chord_error);
   std::optional<DecidedSides> sides;
   if (has_open_sides(loaded.scene)) {
     sides = decide_sides(loaded.scene);

@@ -33,7 +33,8 @@ void check_outputs(const Options& options, const std::string& extension);
 
 /// Reads a scene and decides which faces have backs.
 LoadedScene read_stage(Job& job, const std::filesystem::path& file,
-                       MissingMaterials missing = MissingMaterials::refuse);
+                       MissingMaterials missing = MissingMaterials::refuse,
+                       const ChordError& chord_error = {});
 
 void warn(Job& job, const std::vector<std::string>& warnings);
 /// Names the lights that radiosity takes nothing from.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <span>
 #include <utility>
@@ -56,20 +57,6 @@ std::optional<Shown> read_solved(Job& job, std::span<const Light> lights) {
   }
 }
 
-Shown show_scene(Job& job, const PipelineInfo& pipeline) {
-  const LoadedScene loaded = read_stage(job, job.options.scene);
-  if (!pipeline.solved) {
-    Patches patches = make_patches(loaded.scene, KeepFaces{});
-    warn(job, patches.warnings);
-    return {view_scene(std::move(patches.mesh), {}, loaded.lights), {}, loaded.settings};
-  }
-  SolvedScene solved = solve_stage(job, {loaded.scene, {}, {}, {}, {}}, loaded.settings);
-  const double exposure = automatic_exposure(solved.patches.mesh, solved.solution.radiosity);
-  SolvedScene::Told told = solved.told_of_setup(0);
-  return {view_scene(std::move(told.mesh), std::move(told.solution.vertex_radiosity), loaded.lights),
-          exposure, loaded.settings, job.report.converged};
-}
-
 /// [camera], or the one that is named, or the first of those that have names; nothing where there is none.
 std::optional<Camera> camera_of(const SceneSettings& settings, const std::string& name,
                                 const std::filesystem::path& file) {
@@ -91,6 +78,41 @@ Camera override_camera(Camera camera, const Options::View& view) {
   camera.up = view.up.value_or(camera.up);
   camera.vertical_fov_deg = view.vertical_fov_deg.value_or(camera.vertical_fov_deg);
   return camera;
+}
+
+/// So many pixels, at the point of the shape's ball that is nearest to the eye, or at a hundredth of its size where the eye is in it.
+ChordError by_size_on_screen(const Camera& camera, const Options::View& view) {
+  const double pixel =
+      2 * std::tan(camera.vertical_fov_deg * std::numbers::pi / 360) / view.height;  // at 1 m
+  return [=, position = camera.position, pixels = *view.tessellation](const CurvedShape& shape) {
+    const Ball ball = enclosing_ball(shape);
+    const double nearest = std::max((ball.centre - position).norm() - ball.radius, 0.01 * size(shape));
+    return pixels * pixel * nearest;
+  };
+}
+
+Shown show_scene(Job& job, const PipelineInfo& pipeline, const std::optional<Camera>& wanted) {
+  const Options::View& view = job.options.view;
+  ChordError chord_error;
+  if (view.tessellation) {
+    // The camera may be in the scene file, or be one that has all of the scene in view.
+    const LoadedScene first = read_scene(job.options.scene);
+    std::optional<Camera> camera = wanted;
+    if (!camera) camera = camera_of(first.settings, view.camera_name, job.options.scene);
+    if (!camera) camera = automatic_camera(make_patches(first.scene, KeepFaces{}).mesh);
+    chord_error = by_size_on_screen(override_camera(*camera, view), view);
+  }
+  const LoadedScene loaded = read_stage(job, job.options.scene, MissingMaterials::refuse, chord_error);
+  if (!pipeline.solved) {
+    Patches patches = make_patches(loaded.scene, KeepFaces{});
+    warn(job, patches.warnings);
+    return {view_scene(std::move(patches.mesh), {}, loaded.lights), {}, loaded.settings};
+  }
+  SolvedScene solved = solve_stage(job, {loaded.scene, {}, {}, {}, {}}, loaded.settings);
+  const double exposure = automatic_exposure(solved.patches.mesh, solved.solution.radiosity);
+  SolvedScene::Told told = solved.told_of_setup(0);
+  return {view_scene(std::move(told.mesh), std::move(told.solution.vertex_radiosity), loaded.lights),
+          exposure, loaded.settings, job.report.converged};
 }
 
 /// What tells the exposure of a scene that was not solved.
@@ -148,7 +170,11 @@ int run_view(const Options& options) {
   if (!view.false_colour.empty())
     return view_false_colour(job, [&](const PatchMesh& mesh) { return camera_for({}, mesh); });
   auto solved = read_solved(job, lights);
-  Shown shown = solved ? *std::move(solved) : show_scene(job, info);
+  if (solved && view.tessellation)
+    throw InputError(
+        fmt::format("{}: --tessellation is for scenes with [shapes]; what is solved has its facets",
+                    options.scene.string()));
+  Shown shown = solved ? *std::move(solved) : show_scene(job, info, wanted);
   const Camera camera = camera_for(shown.settings, *shown.scene.mesh);
   PipelineOptions settings;
   settings.seed = options.flags.seed.value_or(settings.seed);
@@ -181,12 +207,15 @@ int run_view(const Options& options) {
   // Whoever waits is shown what there is, but writing must not take longer than drawing.
   constexpr double kEvery = 0.5;  // s
   Stopwatch shown_last;
+  draw.stop = [&] {
+    return interrupted() || (options.time_limit > 0 && job.total.elapsed() > options.time_limit);
+  };
   draw.refined = [&](const LinearImage& image) {
     if (shown_last.elapsed() > kEvery) {
       write(image);
       shown_last.lap();
     }
-    return !interrupted() && !(options.time_limit > 0 && job.total.elapsed() > options.time_limit);
+    return !draw.stop();
   };
   const LinearImage image = pipeline->draw(camera, draw);
   write(image);

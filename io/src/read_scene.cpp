@@ -52,11 +52,12 @@ class SceneBuilder {
   SceneBuilder(fs::path file, SceneFile scene_file, MeshFile mesh, MissingMaterials missing)
       : file_(std::move(file)), settings_(std::move(scene_file)), mesh_(std::move(mesh)), missing_(missing) {}
 
-  Scene build() {
-    assign_settings();
-    count_bands();
+  Scene build(const ChordError& chord_error) {
     for (Vec3& x : mesh_.geometry.vertices) x *= settings_.metres_per_unit;
     if (settings_.flip) flip();
+    for (const auto& [name, shape] : settings_.shapes) add_shape(shape, chord_error);
+    assign_settings();
+    count_bands();
     for (const MeshMaterial& material : mesh_.materials) mesh_.geometry.materials.push_back(finish(material));
     warn_of_reduced();
     return share_power(make_scene());
@@ -123,6 +124,26 @@ class SceneBuilder {
     if (lower_case_extension(file_) == ".toml")
       cure += "; undefined = \"default\" gives all such names what [materials.default] says";
     throw InputError(material.undefined + cure);
+  }
+
+  void add_shape(const ShapeSetting& setting, const ChordError& chord_error) {
+    constexpr double kDefaultChordError = 0.01;  // of its size
+    auto& materials = mesh_.materials;
+    auto material = std::find_if(materials.begin(), materials.end(),
+                                 [&](const MeshMaterial& known) { return known.name == setting.material; });
+    if (material == materials.end()) {
+      MeshMaterial added{.name = setting.material};
+      added.undefined = fmt::format("{}:{}: shape '{}': nothing defines its material '{}'", file_.string(),
+                                    setting.line, setting.shape.name, setting.material);
+      material = materials.insert(materials.end(), std::move(added));
+    }
+    const double chord = chord_error ? chord_error(setting.shape)
+                                     : setting.chord_error.value_or(kDefaultChordError * size(setting.shape));
+    try {
+      tessellate(setting.shape, chord, static_cast<Index>(material - materials.begin()), mesh_.geometry);
+    } catch (const InputError& error) {
+      throw InputError(fmt::format("{}:{}: {}", file_.string(), setting.line, error.what()));
+    }
   }
 
   void flip() {
@@ -380,21 +401,25 @@ std::string toml_key(const std::string& name) {
 
 }  // namespace
 
-LoadedScene read_scene(const fs::path& file, MissingMaterials missing) {
+LoadedScene read_scene(const fs::path& file, MissingMaterials missing, const ChordError& chord_error) {
   require_readable(file);
   SceneFile scene_file;
   if (lower_case_extension(file) == ".toml")
     scene_file = read_scene_file(file);
   else
     scene_file.mesh = file;
-  MeshFile mesh = read_mesh(scene_file.mesh);
+  MeshFile mesh;
+  if (scene_file.mesh.empty())
+    scene_file.mesh = file;  // all that there is to name
+  else
+    mesh = read_mesh(scene_file.mesh);
 
   SceneSettings settings = scene_file.settings;
   const fs::path mesh_file = scene_file.mesh;
   const double metres_per_unit = scene_file.metres_per_unit;
   const std::map<std::string, SetupSetting> setup_settings = scene_file.setups;
   SceneBuilder builder(file, std::move(scene_file), std::move(mesh), missing);
-  Scene scene = builder.build();
+  Scene scene = builder.build(chord_error);
   std::vector<std::string> warnings = std::move(builder.warnings());
   if (std::string doubt = doubt_size(scene, metres_per_unit); !doubt.empty())
     warnings.push_back(std::move(doubt));

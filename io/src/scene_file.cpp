@@ -138,19 +138,18 @@ class Section {
   }
 
   std::optional<Vec3> vector(std::string_view key) const {
-    constexpr std::string_view kExpected = "an array of three finite numbers";
     const toml::node* const node = find(key);
     if (!node) return {};
-    const toml::array* const array = node->as_array();
-    if (!array) fail_type(key, *node, kExpected);
-    Vec3 result;
-    bool valid = array->size() == 3;
-    for (std::size_t k = 0; valid && k < 3; ++k) {
-      const auto value = array->get(k)->is_number() ? array->get(k)->value<double>() : std::nullopt;
-      valid = value && std::isfinite(*value);
-      if (valid) result[static_cast<Eigen::Index>(k)] = *value;
-    }
-    if (!valid) fail(line_of(*node), fmt::format("{} must be {}", name(key), kExpected));
+    return vector(key, *node);
+  }
+
+  /// An array of them; empty where there is none.
+  std::vector<Vec3> vectors(std::string_view key) const {
+    const toml::node* const node = find(key);
+    if (!node) return {};
+    if (!node->is_array()) fail_type(key, *node, "an array of points, each an array of three finite numbers");
+    std::vector<Vec3> result;
+    for (const toml::node& item : *node->as_array()) result.push_back(vector(key, item));
     return result;
   }
 
@@ -165,6 +164,21 @@ class Section {
   const toml::table& table() const { return table_; }
 
  private:
+  Vec3 vector(std::string_view key, const toml::node& node) const {
+    constexpr std::string_view kExpected = "an array of three finite numbers";
+    const toml::array* const array = node.as_array();
+    if (!array) fail_type(key, node, kExpected);
+    Vec3 result;
+    bool valid = array->size() == 3;
+    for (std::size_t k = 0; valid && k < 3; ++k) {
+      const auto value = array->get(k)->is_number() ? array->get(k)->value<double>() : std::nullopt;
+      valid = value && std::isfinite(*value);
+      if (valid) result[static_cast<Eigen::Index>(k)] = *value;
+    }
+    if (!valid) fail(line_of(node), fmt::format("{} must be {}", name(key), kExpected));
+    return result;
+  }
+
   const std::filesystem::path& file_;
   const toml::table& table_;
   std::string title_;
@@ -351,6 +365,69 @@ LightSetting read_light(const Section& section, const std::string& name) {
   return setting;
 }
 
+Vec3 required_vector(const Section& section, std::string_view key) {
+  const auto value = section.vector(key);
+  if (!value) section.fail(section.line(), section.name(fmt::format("needs the key '{}'", key)));
+  return *value;
+}
+
+BezierSurface read_points(const Section& section) {
+  const std::vector<Vec3> points = section.vectors("points");
+  if (points.empty() || points.size() % 16 != 0)
+    section.fail(section.line(),
+                 section.name(fmt::format("needs the key 'points' with 16 points for each patch, not {}",
+                                          points.size())));
+  BezierSurface surface;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    if (k % 16 == 0) surface.patches.emplace_back();
+    surface.patches.back()[k % 16] = points[k];
+  }
+  return surface;
+}
+
+ShapeSetting read_shape(const Section& section, const std::string& name) {
+  const std::string owner = fmt::format("shape '{}'", name);
+  const auto type = section.text("type");
+  if (!type) section.fail(section.line(), fmt::format("{} needs the key 'type'", owner));
+  std::vector<std::string> keys{"type", "material", "chord_error", "flip"};
+  const auto may_have = [&](std::initializer_list<const char*> more) {
+    keys.insert(keys.end(), more.begin(), more.end());
+    section.allow_only(keys);
+  };
+  const auto radius = [&] {
+    const auto value = section.number("radius", kPositive, positive);
+    if (!value) section.fail(section.line(), section.name("needs the key 'radius'"));
+    return *value;
+  };
+  ShapeSetting setting{
+      .line = section.line(), .shape = {.name = name, .surface = {}}, .material = {}, .chord_error = {}};
+  if (*type == "sphere") {
+    may_have({"centre", "radius"});
+    setting.shape.surface = Sphere{required_vector(section, "centre"), radius()};
+  } else if (*type == "cylinder") {
+    may_have({"base", "top", "radius", "caps"});
+    setting.shape.surface = Cylinder{required_vector(section, "base"), required_vector(section, "top"),
+                                     radius(), section.boolean("caps").value_or(false)};
+  } else if (*type == "disk") {
+    may_have({"centre", "normal", "radius"});
+    setting.shape.surface =
+        Disk{required_vector(section, "centre"), required_vector(section, "normal"), radius()};
+  } else if (*type == "bezier") {
+    may_have({"points"});
+    setting.shape.surface = read_points(section);
+  } else {
+    section.fail(line_of(*section.find("type")),
+                 fmt::format("{}: type = \"{}\" must be \"sphere\", \"cylinder\", \"disk\" or \"bezier\"",
+                             owner, *type));
+  }
+  setting.shape.flip = section.boolean("flip").value_or(false);
+  setting.chord_error = section.number("chord_error", "positive and finite (m)", positive);
+  const auto material = section.text("material");
+  if (!material) section.fail(section.line(), fmt::format("{} needs the key 'material'", owner));
+  setting.material = *material;
+  return setting;
+}
+
 SetupSetting read_setup(const Section& section, const std::string& name) {
   if (!is_bare_key(name))  // it becomes part of a file's name
     section.fail(section.line(),
@@ -466,12 +543,19 @@ SceneFile read_scene_file(const std::filesystem::path& file) {
   }
   const Section top(file, table, "");
   top.allow_only({"mesh", "units", "flip", "sides", "undefined", "materials", "patches", "elements",
-                  "form_factors", "solver", "camera", "setup", "lights", "bands"});
+                  "form_factors", "solver", "camera", "setup", "lights", "bands", "shapes"});
 
   SceneFile scene;
-  const auto mesh = top.text("mesh");
-  if (!mesh) throw InputError(fmt::format("{}: the key 'mesh' is missing: mesh = \"FILE\"", file.string()));
-  scene.mesh = file.parent_path() / *mesh;
+  if (const auto shapes = top.section("shapes", "shapes"))
+    for (const auto& [key, node] : shapes->table()) {
+      const std::string name(key.str());
+      scene.shapes[name] = read_shape(*shapes->section(name, "shapes." + name), name);
+    }
+  if (const auto mesh = top.text("mesh"))
+    scene.mesh = file.parent_path() / *mesh;
+  else if (scene.shapes.empty())
+    throw InputError(fmt::format("{}: the key 'mesh' is missing, and there are no [shapes]: mesh = \"FILE\"",
+                                 file.string()));
   scene.metres_per_unit = read_unit(top);
   scene.flip = top.boolean("flip").value_or(false);
   scene.sides = read_sides(top, "");

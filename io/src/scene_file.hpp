@@ -13,6 +13,7 @@
 
 #include "radiosity/io/read_scene.hpp"
 #include "radiosity/io/refractive_index.hpp"
+#include "radiosity/meshing/curved_shape.hpp"
 #include "radiosity/meshing/light.hpp"
 
 namespace radiosity {
@@ -49,6 +50,14 @@ struct LightSetting {
   BandSetting intensity;
 };
 
+/// [shapes.NAME]
+struct ShapeSetting {
+  int line = 0;
+  CurvedShape shape;
+  std::string material;
+  std::optional<double> chord_error;  ///< m
+};
+
 /// [setup.NAME]: a factor on the emission of each material that is named, or fits a pattern
 struct SetupSetting {
   int line = 0;
@@ -56,7 +65,7 @@ struct SetupSetting {
 };
 
 struct SceneFile {
-  std::filesystem::path mesh;
+  std::filesystem::path mesh;  ///< empty: there are shapes alone
   double metres_per_unit = 1;
   bool flip = false;                          ///< all faces are turned over
   bool default_for_undefined = false;         ///< [materials.default] serves names that nothing defines
@@ -64,6 +73,7 @@ struct SceneFile {
   std::optional<BandSetting> wavelengths_nm;  ///< of the bands
   std::map<std::string, MaterialSetting> materials;
   std::map<std::string, LightSetting> lights;
+  std::map<std::string, ShapeSetting> shapes;
   std::map<std::string, SetupSetting> setups;
   SceneSettings settings;
 };

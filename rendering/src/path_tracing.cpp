@@ -103,6 +103,7 @@ class PathTracing final : public Pipeline {
 
   void sample(const Pinhole& eye, const SampleGrid& grid, BandArray& values) const override {
     tbb::parallel_for(0, grid.rows(), [&](int row) {
+      if (grid.stopped()) return;
       Bands weight(mesh().bands());
       for (int column = 0; column < grid.columns(); ++column) {
         const std::uint64_t pixel =

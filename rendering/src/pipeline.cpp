@@ -98,28 +98,34 @@ LinearImage Pipeline::draw(const Camera& camera, const DrawOptions& options) con
   const Pinhole eye(camera, width, height);
   BandArray values;
   bool first = true;
-  const auto look = [&](const SampleGrid& grid) {
+  /// False where it was stopped: then values are missing.
+  const auto look = [&](SampleGrid grid) {
     values.setZero(static_cast<Eigen::Index>(grid.columns()) * grid.rows(), mesh().bands());
+    if (!first && options.stop) grid.stop = &options.stop;
     sample(eye, grid, values);
+    if (grid.stopped()) return false;
     if (std::exchange(first, false) && (values == 0).all()) refuse_eye_in_matter(mesh(), camera);
     values = values.min(options.brightest);
+    return true;
+  };
+  LinearImage image{width, height, {}};
+  const auto stopped = [&] {
+    image.completed = false;
+    return std::move(image);
   };
   if (options.refined)
     for (const int stride : {4, 2}) {
       const SampleGrid grid{width, height, stride, 0.5, 0.5, 0};
-      look(grid);
-      LinearImage coarse = enlarged(grid, values);
-      if (options.refined(coarse)) continue;
-      coarse.completed = false;
-      return coarse;
+      if (!look(grid)) return stopped();
+      image = enlarged(grid, values);
+      if (!options.refined(image)) return stopped();
     }
 
   const std::vector<Sample2> place = sample_places(options.samples);
-  LinearImage image{width, height, {}};
   BandArray sum, squares;
   for (Index k = 0; k < options.samples; ++k) {
     const auto [x, y] = place[k];
-    look({width, height, 1, x, y, k});
+    if (!look({width, height, 1, x, y, k})) return stopped();
     if (k == 0) {
       sum = values;
       if (options.standard_error) squares = values.square();
@@ -129,14 +135,11 @@ LinearImage Pipeline::draw(const Camera& camera, const DrawOptions& options) con
     }
     const double n = image.samples = k + 1;
     const bool last = image.samples == options.samples;
-    if (!last && !options.refined) continue;
+    if (!last && !options.refined && !options.stop) continue;
     image.radiosity = sum / n;
     if (options.standard_error && k > 0)
       image.standard_error = ((squares / n - image.radiosity.square()).max(0) / (n - 1)).sqrt();
-    if (options.refined && !options.refined(image) && !last) {
-      image.completed = false;
-      break;
-    }
+    if (options.refined && !options.refined(image) && !last) return stopped();
   }
   return image;
 }

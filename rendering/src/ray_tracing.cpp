@@ -50,6 +50,7 @@ class RayTracing final : public Pipeline {
 
   void sample(const Pinhole& eye, const SampleGrid& grid, BandArray& values) const override {
     tbb::parallel_for(0, grid.rows(), [&](int row) {
+      if (grid.stopped()) return;
       std::vector<Ray> waiting;
       for (int column = 0; column < grid.columns(); ++column) {
         waiting.push_back({eye.position(), eye.direction(grid.u(column), grid.v(row)).normalized(),

@@ -271,6 +271,29 @@ TEST_F(ViewCommand, ShowsLightsThatASolveLeavesOut) {
   }
 }
 
+TEST_F(ViewCommand, DividesShapesByTheirSizeOnTheScreen) {
+  write_cube();
+  write(
+      "ball.toml",
+      read("cube.toml") +
+          "[shapes.ball]\ntype = \"sphere\"\ncentre = [0.5, 0.4, 0.5]\nradius = 0.2\nmaterial = \"wall\"\n");
+  const auto faces = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"view", "ball.toml", "-o", "a.png", "--pipeline", "phong", "--width", "64",
+                               "--height", "64", "--samples", "1"});
+    const Outcome result = run(more);
+    EXPECT_EQ(result.status, 0) << result.err;
+    const auto end = result.out.find(" faces");
+    return std::stoi(result.out.substr(result.out.rfind(' ', end - 1) + 1));
+  };
+  const int as_said = faces({}), coarse = faces({"--tessellation", "20"}),
+            fine = faces({"--tessellation", "0.02"});
+  EXPECT_EQ(coarse, 6 + 80);
+  EXPECT_GT(as_said, coarse);
+  EXPECT_GT(fine, as_said);
+  expect_one_error(run({"view", "ball.toml", "-o", "a.png", "--tessellation", "1"}), 2,
+                   "--tessellation has no effect with --pipeline radiosity");
+}
+
 TEST_F(ViewCommand, RefusesWhatWouldHaveNoEffect) {
   write_cube();
   const auto view = [&](std::vector<std::string> more) {

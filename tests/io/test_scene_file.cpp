@@ -130,6 +130,86 @@ TEST_F(SceneFileTest, RejectsWrongLights) {
       AllOf(StartsWith("scene.toml:8"), HasSubstr("inner_cone_deg = 30: must be a half-angle from 0")));
 }
 
+TEST_F(SceneFileTest, AddsCurvedShapes) {
+  const LoadedScene loaded = read(R"(units = "cm"
+flip = true
+[materials.chrome]
+specular = 0.9
+[shapes.a]
+type = "sphere"
+centre = [0, 1, 0]
+radius = 0.25
+material = "lamp"
+chord_error = 0.01
+[shapes.b]
+type = "cylinder"
+base = [0, 0, 0]
+top = [0, 0, 2]
+radius = 0.1
+caps = true
+material = "chrome"
+[shapes.c]
+type = "disk"
+centre = [0, 0, 3]
+normal = [0, 0, -1]
+radius = 0.1
+flip = true
+material = "floor"
+)");
+  const Scene& scene = loaded.scene;
+  // Two faces of the mesh; the icosahedron with 20 ν² triangles; 23 sides, 1 − cos(π/23) < 1 % < 1 − cos(π/22), and two caps; a disk.
+  const Index sphere = scene.face_count() - 2 - 25 - 1;
+  ASSERT_GT(sphere, 0);
+  const int frequency = static_cast<int>(std::lround(std::sqrt(sphere / 20.0)));
+  EXPECT_EQ(sphere, 20 * frequency * frequency);
+  EXPECT_EQ(scene.materials()[static_cast<std::size_t>(scene.material(2))].name, "lamp");
+  EXPECT_EQ(scene.materials()[static_cast<std::size_t>(scene.material(2 + sphere))].name, "chrome");
+  EXPECT_NEAR(scene.area_vector(scene.face_count() - 1).normalized().z(), 1, 1e-12);
+  EXPECT_EQ(scene.corners(scene.face_count() - 1).size(), 23U);
+  EXPECT_NEAR(scene.upper().z(), 3, 1e-12);  // metres, whatever the unit of the mesh
+  // Another chord error in place of it.
+  const auto coarse = read_scene(directory_ / "scene.toml", MissingMaterials::refuse,
+                                 [](const CurvedShape& shape) { return size(shape); });
+  EXPECT_EQ(coarse.scene.face_count(), 2 + 80 + 18 + 1);
+}
+
+TEST_F(SceneFileTest, ShapesNeedNoMesh) {
+  std::string points;
+  for (int i = 0; i < 4; ++i)
+    for (int j = 0; j < 4; ++j) points += fmt::format("[{}, {}, 0], ", i, j);
+  const auto scene = directory_.write("shapes.toml",
+                                      "[materials.sheet]\nemission = 2\n[shapes.sheet]\ntype = \"bezier\"\n"
+                                      "material = \"sheet\"\npoints = [" +
+                                          points + "]\n");
+  const LoadedScene loaded = read_scene(scene);
+  EXPECT_EQ(loaded.scene.face_count(), 2);  // flat
+  EXPECT_NEAR(loaded.scene.material_area(0), 9, 1e-12);
+  EXPECT_EQ(loaded.scene.materials()[0].emission[0], 2);
+  EXPECT_NEAR(loaded.scene.area_vector(0).z(), 4.5, 1e-12);
+}
+
+TEST_F(SceneFileTest, RejectsWrongShapes) {
+  const std::string ball = "[shapes.ball]\ntype = \"sphere\"\ncentre = [0, 0, 0]\nradius = 1\n";
+  EXPECT_THAT(error(ball), HasSubstr("scene.toml:2: shape 'ball' needs the key 'material'"));
+  EXPECT_THAT(error(ball + "material = \"lmap\"\n"),
+              HasSubstr("scene.toml:2: shape 'ball': nothing defines its material 'lmap'"));
+  EXPECT_THAT(error(ball + "material = \"lamp\"\nchord_error = 0\n"),
+              HasSubstr("chord_error = 0: must be positive"));
+  EXPECT_THAT(error(ball + "material = \"lamp\"\nchord_error = 1e-9\n"),
+              HasSubstr("scene.toml:2: shape 'ball': a chord error of 1e-09 m takes"));
+  EXPECT_THAT(error(ball + "material = \"lamp\"\ncaps = true\n"),
+              HasSubstr("unknown key 'caps' in [shapes.ball]"));
+  EXPECT_THAT(error("[shapes.ball]\ntype = \"cube\"\n"),
+              HasSubstr("must be \"sphere\", \"cylinder\", \"disk\" or"));
+  EXPECT_THAT(error("[shapes.ball]\nradius = 1\n"), HasSubstr("shape 'ball' needs the key 'type'"));
+  EXPECT_THAT(error("[shapes.ball]\ntype = \"sphere\"\nradius = 1\n"),
+              HasSubstr("[shapes.ball] needs the key 'centre'"));
+  EXPECT_THAT(error("[shapes.p]\ntype = \"bezier\"\npoints = [[0, 0, 0]]\n"),
+              HasSubstr("16 points for each patch, not 1"));
+  EXPECT_THAT(error("[shapes.p]\ntype = \"bezier\"\npoints = [[0, 0]]\n"),
+              HasSubstr("points must be an array of three finite numbers"));
+}
+
 TEST_F(SceneFileTest, ReadsMirrorsAndGlass) {
   const Scene scene = read(R"([materials.floor]
 specular = [0.5, 0.25, 0]
@@ -646,7 +726,7 @@ TEST_F(SceneFileTest, SaysWhereItIsNotToml) {
 TEST_F(SceneFileTest, NeedsAMeshThatIsThere) {
   const auto none = directory_.write("none.toml", "units = \"m\"\n");
   EXPECT_EQ(message_of<InputError>([&] { read_scene(none); }),
-            none.string() + ": the key 'mesh' is missing: mesh = \"FILE\"");
+            none.string() + ": the key 'mesh' is missing, and there are no [shapes]: mesh = \"FILE\"");
   const auto gone = directory_.write("gone.toml", "mesh = \"gone.obj\"\n");
   EXPECT_EQ(message_of<IoError>([&] { read_scene(gone); }),
             (directory_ / "gone.obj").string() + ": no such file");

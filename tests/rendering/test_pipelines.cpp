@@ -2,6 +2,7 @@
 #include "radiosity/rendering/pipeline.hpp"
 
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <numbers>
 #include <set>
@@ -103,6 +104,35 @@ TEST(Pipelines, StopWithTheBestImageWhenAsked) {
       EXPECT_TRUE((image.radiosity == best.radiosity).all());
     }
     EXPECT_EQ(one.samples, 1);
+  }
+}
+
+// Asked for the first time in the second pass: what is left is the first.
+TEST(Pipelines, StopWithinAPass) {
+  for (const char* name : {"ray-tracing", "path-tracing"}) {
+    const auto pipeline = find_pipeline(name).make(lit_scene());
+    const DrawOptions one{.width = 8, .height = 8, .samples = 1};
+    DrawOptions two = one;
+    two.samples = 2;
+    std::atomic<int> asked = 0;
+    two.stop = [&] { return ++asked > 3; };
+    const LinearImage first = pipeline->draw(inside(), one), image = pipeline->draw(inside(), two);
+    EXPECT_FALSE(image.completed);
+    EXPECT_EQ(image.samples, 1);
+    EXPECT_GT(asked, 3);
+    // Its place in the pixel is another one than that of a single sample.
+    EXPECT_EQ(image.radiosity.rows(), first.radiosity.rows());
+    EXPECT_GT(image.radiosity.minCoeff(), 0);
+    LinearImage coarse;
+    two.refined = [&](const LinearImage& shown) {
+      if (shown.samples == 0) coarse = shown;
+      return true;
+    };
+    asked = 0;
+    const LinearImage best = pipeline->draw(inside(), two);
+    EXPECT_EQ(best.samples, 0);
+    EXPECT_FALSE(best.completed);
+    EXPECT_TRUE((best.radiosity == coarse.radiosity).all());
   }
 }
 

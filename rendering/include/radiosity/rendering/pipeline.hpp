@@ -22,7 +22,7 @@ struct LinearImage {
   std::optional<BandArray> standard_error =
       {};                 ///< of the mean of the samples, the same shape, where it was asked for
   Index samples = 0;      ///< per pixel; 0: not every pixel was looked at, pixels stand for their neighbours
-  bool completed = true;  ///< false: `refined` asked to stop
+  bool completed = true;  ///< false: `refined` or `stop` asked to stop
 };
 
 struct DrawOptions {
@@ -35,14 +35,19 @@ struct DrawOptions {
   /// Called on the calling thread with better and better images: from 1/16 of the pixels, from 1/4, from all, then with each further
   /// sample. False asks to stop. Without it the coarse ones are not drawn; the last image has the same bits.
   std::function<bool(const LinearImage&)> refined = {};
+  /// Asked often and on many threads; once true it stays true. It ends the pass under way, whose samples are lost: the image is that of
+  /// the passes before. The first is always finished.
+  std::function<bool()> stop = {};
 };
 
 /// One point in each square of stride × stride pixels, numbered row by row from the top.
 struct SampleGrid {
-  int width, height;  ///< of the image
-  int stride;         ///< pixels
-  double x, y;        ///< in [0, 1): place in the square, from its left and top
-  Index sample;       ///< which of each pixel's samples
+  int width, height;                            ///< of the image
+  int stride;                                   ///< pixels
+  double x, y;                                  ///< in [0, 1): place in the square, from its left and top
+  Index sample;                                 ///< which of each pixel's samples
+  const std::function<bool()>* stop = nullptr;  ///< whether no more of them are wanted; null: all are
+  bool stopped() const { return stop && (*stop)(); }
   int columns() const { return (width + stride - 1) / stride; }
   int rows() const { return (height + stride - 1) / stride; }
   double u(int column) const { return (column + x) * stride / width; }
