@@ -32,10 +32,12 @@ class RayTracing final : public Pipeline {
                                             : Bands(Bands::Zero(mesh().bands()))) {
     const std::vector<Vec3> normals = vertex_normals(mesh());
     for (Index v = 0; v < mesh().vertex_count(); ++v) normals_.row(v) = normals[v].transpose().array();
-    for (const Light& light : scene().lights) {
-      intensities_.push_back(light.intensity.transpose());
-      other_lights_ = other_lights_ || !light.surface;
-    }
+    lights_ = scene().lights;
+    surfaces_ =
+        static_cast<std::size_t>(std::stable_partition(lights_.begin(), lights_.end(),
+                                                       [](const Light& light) { return light.surface; }) -
+                                 lights_.begin());
+    divide(lights_, 0, surfaces_);
   }
 
  private:
@@ -48,23 +50,44 @@ class RayTracing final : public Pipeline {
     Bands weight;
   };
 
+  /// A light's share of its intensity that reaches the eye from a point, in a band with weight 1: diffusely, and about the mirror's direction.
+  struct Share {
+    double diffuse = 0, lobe = 0;
+  };
+
+  /// Lights [first, last) that are asked for their shadow together, where one of them stands.
+  struct Cluster {
+    std::size_t first, last, light;
+    double most;  // that they could add without it, each in its brightest band
+    Bands free;   // the share that comes through at `light`
+    bool operator<(const Cluster& other) const {
+      return most < other.most || (most == other.most && first > other.first);
+    }
+  };
+  struct Shadows {
+    std::vector<Share> shares;   // of the lights
+    std::vector<double> up_to;   // sums of what the lights before each could add
+    std::vector<Cluster> queue;  // the brightest on top
+  };
+
   void sample(const Pinhole& eye, const SampleGrid& grid, BandArray& values) const override {
     tbb::parallel_for(0, grid.rows(), [&](int row) {
       if (grid.stopped()) return;
       std::vector<Ray> waiting;
+      Shadows shadows;
       for (int column = 0; column < grid.columns(); ++column) {
         waiting.push_back({eye.position(), eye.direction(grid.u(column), grid.v(row)).normalized(),
                            Visibility::kNothing, 0, Bands::Ones(mesh().bands())});
         while (!waiting.empty()) {
           const Ray ray = std::move(waiting.back());
           waiting.pop_back();
-          follow(ray, waiting, values.row(static_cast<Eigen::Index>(row) * grid.columns() + column));
+          follow(ray, waiting, shadows, values.row(static_cast<Eigen::Index>(row) * grid.columns() + column));
         }
       }
     });
   }
 
-  void follow(const Ray& ray, std::vector<Ray>& waiting, Row sum) const {
+  void follow(const Ray& ray, std::vector<Ray>& waiting, Shadows& shadows, Row sum) const {
     const auto hit = caster_.cast(ray.origin, ray.direction, ray.from);
     if (!hit) return;
     const Finish& finish = caster_.finish(hit->patch);
@@ -78,12 +101,15 @@ class RayTracing final : public Pipeline {
     const bool glossy = (finish.mirrored > 0).any();
     const bool mirror_like = finish.shininess >= tolerance::kMirrorLike;
     if (hit->front) {
-      if (scene().vertex_radiosity)
-        sum += weight * interpolate(mesh(), *scene().vertex_radiosity, hit->patch, hit->x).transpose();
-      else
-        sum += weight * (finish.emission + finish.diffuse * ambient_);
-      if (!scene().vertex_radiosity || other_lights_ || (glossy && std::isfinite(finish.shininess)))
-        add_lights(*hit, finish, n, mirror, mirror_like, weight, sum);
+      const Bands shown =
+          weight *
+          (scene().vertex_radiosity
+               ? Bands(interpolate(mesh(), *scene().vertex_radiosity, hit->patch, hit->x).transpose())
+               : Bands(finish.emission + finish.diffuse * ambient_));
+      sum += shown;
+      if (!scene().vertex_radiosity || surfaces_ < lights_.size() ||
+          (glossy && std::isfinite(finish.shininess)))
+        add_lights(*hit, finish, n, mirror, mirror_like, weight, shown, shadows, sum);
     }
 
     Bands reflected = mirror_like ? Bands(weight * finish.mirrored) : Bands(Bands::Zero(weight.size()));
@@ -123,33 +149,111 @@ class RayTracing final : public Pipeline {
     return n.dot(direction) < 0 ? n : hit.n;
   }
 
+  Share unshadowed(const Light& light, const SurfaceHit& hit, const Finish& finish, const Vec3& n,
+                   const Vec3& mirror, bool mirror_like) const {
+    const Arriving arrived = arriving(light, hit.x);
+    const double cosine = n.dot(arrived.to);
+    double share = arrived.share;
+    if (options_.classical_attenuation) share = std::min(1.0, share);
+    if (!(share > 0 && cosine > 0 && hit.n.dot(arrived.to) > 0)) return {};
+    Share result;
+    if (std::isfinite(finish.shininess) && !(mirror_like && light.surface))
+      result.lobe = share * std::pow(std::max(0.0, mirror.dot(arrived.to)), finish.shininess);
+    if (!scene().vertex_radiosity || !light.surface) result.diffuse = share * cosine;
+    return result;
+  }
+
+  /// What lights add without shadows is summed up for each; whether something stands in between, for clusters of them, as in a cut
+  /// through a tree of lights [Walter2005]: the brightest cluster is halved until none could add more than the share kDimLights of what the
+  /// point then shows, `shown` and what the lights add. So a shadow's edge is off by at most that for each cluster it goes through, and a
+  /// light that adds more is asked for by itself.
   void add_lights(const SurfaceHit& hit, const Finish& finish, const Vec3& n, const Vec3& mirror,
-                  bool mirror_like, const Bands& weight, Row sum) const {
-    for (std::size_t k = 0; k < intensities_.size(); ++k) {
-      const Light& light = scene().lights[k];
-      const Arriving arrived = arriving(light, hit.x);
-      const double cosine = n.dot(arrived.to);
-      double share = arrived.share;
-      if (options_.classical_attenuation) share = std::min(1.0, share);
-      if (!(share > 0 && cosine > 0 && hit.n.dot(arrived.to) > 0)) continue;
-      const double lobe = std::isfinite(finish.shininess) && !(mirror_like && light.surface)
-                              ? std::pow(std::max(0.0, mirror.dot(arrived.to)), finish.shininess)
-                              : 0;
-      Bands given = lobe * finish.mirrored;
-      if (!scene().vertex_radiosity || !light.surface) given += cosine * finish.diffuse;
-      if (!(given > 0).any()) continue;
-      given *= weight * share * intensities_[k];
-      caster_.dim(hit, arrived.to, arrived.distance, given);  // S_i
-      sum += given;
+                  bool mirror_like, const Bands& weight, const Bands& shown, Shadows& shadows,
+                  Row sum) const {
+    auto& [shares, up_to, queue] = shadows;
+    const Bands diffuse = weight * finish.diffuse, glossy = weight * finish.mirrored;
+    shares.resize(lights_.size());
+    up_to.assign(lights_.size() + 1, 0);
+    for (std::size_t k = 0; k < lights_.size(); ++k) {
+      shares[k] = unshadowed(lights_[k], hit, finish, n, mirror, mirror_like);
+      double most = 0;
+      if (shares[k].diffuse > 0 || shares[k].lobe > 0)
+        for (Eigen::Index b = 0; b < weight.size(); ++b)
+          most = std::max(
+              most, (shares[k].lobe * glossy[b] + shares[k].diffuse * diffuse[b]) * lights_[k].intensity[b]);
+      up_to[k + 1] = up_to[k] + most;
     }
+    double found = shown.maxCoeff();
+    const auto free = [&](std::size_t k) {
+      Bands share = Bands::Ones(weight.size());
+      const Arriving arrived = arriving(lights_[k], hit.x);
+      caster_.dim(hit, arrived.to, arrived.distance, share);  // S_i
+      return share;
+    };
+    // Where `parent` is one of them, its ray is theirs; otherwise the one in the middle of what they add.
+    const auto push = [&](std::size_t first, std::size_t last, const Cluster* parent) {
+      const double most = up_to[last] - up_to[first];
+      if (!(most > 0)) return;
+      if (parent && parent->light >= first && parent->light < last) {
+        queue.push_back({first, last, parent->light, most, parent->free});
+      } else {
+        const auto middle =
+            std::upper_bound(up_to.begin() + static_cast<std::ptrdiff_t>(first) + 1,
+                             up_to.begin() + static_cast<std::ptrdiff_t>(last), up_to[first] + most / 2);
+        const auto k = static_cast<std::size_t>(middle - up_to.begin()) - 1;
+        queue.push_back({first, last, k, most, free(k)});
+      }
+      found += most * queue.back().free.maxCoeff();
+      std::push_heap(queue.begin(), queue.end());
+    };
+    queue.clear();
+    push(0, surfaces_, nullptr);
+    for (std::size_t k = surfaces_; k < lights_.size(); ++k) push(k, k + 1, nullptr);
+    while (!queue.empty()) {
+      std::pop_heap(queue.begin(), queue.end());
+      const Cluster cluster = std::move(queue.back());
+      queue.pop_back();
+      if (cluster.last - cluster.first > 1 && cluster.most > tolerance::kDimLights * found) {
+        found -= cluster.most * cluster.free.maxCoeff();
+        const std::size_t middle = (cluster.first + cluster.last) / 2;
+        push(cluster.first, middle, &cluster);
+        push(middle, cluster.last, &cluster);
+        continue;
+      }
+      if (!(cluster.free > 0).any()) continue;
+      Bands given = Bands::Zero(weight.size());
+      for (std::size_t k = cluster.first; k < cluster.last; ++k)
+        if (up_to[k + 1] > up_to[k])
+          for (Eigen::Index b = 0; b < weight.size(); ++b)
+            given[b] +=
+                (shares[k].lobe * glossy[b] + shares[k].diffuse * diffuse[b]) * lights_[k].intensity[b];
+      sum += given * cluster.free;
+    }
+  }
+
+  /// Lights in an order in which each half of the range, and each half of that, is near to itself: by the longest side of its box.
+  static void divide(std::vector<Light>& lights, std::size_t first, std::size_t last) {
+    if (last - first < 2) return;
+    Vec3 lower = lights[first].position, upper = lower;
+    for (std::size_t k = first; k < last; ++k) {
+      lower = lower.cwiseMin(lights[k].position);
+      upper = upper.cwiseMax(lights[k].position);
+    }
+    Eigen::Index axis = 0;
+    (upper - lower).maxCoeff(&axis);
+    const auto at = [&](std::size_t k) { return lights.begin() + static_cast<std::ptrdiff_t>(k); };
+    std::stable_sort(at(first), at(last),
+                     [axis](const Light& a, const Light& b) { return a.position[axis] < b.position[axis]; });
+    divide(lights, first, (first + last) / 2);
+    divide(lights, (first + last) / 2, last);
   }
 
   RayCaster caster_;
   PipelineOptions options_;
   BandArray normals_;  // vertices × 3
   Bands ambient_;
-  std::vector<Bands> intensities_;  // of the lights
-  bool other_lights_ = false;       // some are no surfaces
+  std::vector<Light> lights_;
+  std::size_t surfaces_;  // the first of them, in the order of `divide`
 };
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "io/files.hpp"
+#include "radiosity/formfactors/sampling.hpp"
 #include "radiosity/io/refractive_index.hpp"
 #include "radiosity/meshing/make_patches.hpp"
 #include "radiosity/meshing/scene.hpp"
@@ -286,6 +287,52 @@ TEST(RayTracing, LightsABareSceneByTheFormula) {
               1e-9);
   model.box({1.3, -1, 1.3}, {1.4, 1, 1.4}, model.add(grey(0.5)));
   EXPECT_NEAR(seen(*ray_tracing(add_light(model.scene())), {0, 0, 5}, {0, 0, -1}), 0.4 * 0.7, 1e-9);
+}
+
+// Two hundred lights, walls between them: together they give what each gives alone, whose one ray tells its shadow. Shadows of what could
+// add half a percent are shared, so that points whose lights are all bright have none of that.
+TEST(RayTracing, LightsManyLightsAsOneByOne) {
+  Model model;
+  const Index floor = model.add(grey(0.5)), wall = model.add(grey(0.2));
+  model.face({{-9, -9, 0}, {9, -9, 0}, {9, 9, 0}, {-9, 9, 0}}, floor);
+  for (int k = -2; k <= 2; ++k) {
+    const double x = 2.0 * k;
+    model.box({x, -3, 0.5}, {x + 0.3, 3, 2}, wall);
+    model.box({-4, x, 0.2}, {4, x + 0.2, 0.6}, wall);
+  }
+  ViewScene scene = model.scene();
+  scene.lights.clear();
+  scene.ambient = {};
+  RandomStream random(1, 1);
+  for (int k = 0; k < 200; ++k) {
+    Light light{
+        .name = "l", .intensity = BandValues::Constant(1, 1 + random.uniform()), .surface = k % 10 != 0};
+    light.position = {16 * random.uniform() - 8, 16 * random.uniform() - 8, 1 + 3 * random.uniform()};
+    scene.lights.push_back(light);
+  }
+  Camera camera;
+  camera.position = {0, 0, 20};
+  camera.vertical_fov_deg = 40;
+  const DrawOptions options{.width = 12, .height = 12, .samples = 1};
+  const BandArray together = ray_tracing(scene)->draw(camera, options).radiosity;
+  BandArray sum = BandArray::Zero(144, 1);
+  const std::vector<Light> lights = scene.lights;
+  for (const Light& light : lights) {
+    scene.lights = {light};
+    sum += ray_tracing(scene)->draw(camera, options).radiosity;
+  }
+  EXPECT_LT(((together - sum) / sum).abs().maxCoeff(), 0.05);
+  EXPECT_LT(std::sqrt(((together - sum) / sum).square().mean()), 0.01);
+  EXPECT_FALSE((together == sum).all());
+  // Eight of them, each more than half a percent of the rest.
+  scene.lights.assign(lights.begin(), lights.begin() + 8);
+  const BandArray eight = ray_tracing(scene)->draw(camera, options).radiosity;
+  sum.setZero();
+  for (int k = 0; k < 8; ++k) {
+    scene.lights = {lights[static_cast<std::size_t>(k)]};
+    sum += ray_tracing(scene)->draw(camera, options).radiosity;
+  }
+  EXPECT_LT((eight - sum).abs().maxCoeff(), 0.01 * sum.maxCoeff());
 }
 
 TEST(RayTracing, ClassicalAttenuationFallsAlongMirroredRays) {

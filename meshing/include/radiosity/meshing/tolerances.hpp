@@ -139,6 +139,10 @@ inline constexpr double kMirrorLike = 100;
 /// eight bits where it shows white, and light within glass that is mirrored on and on.
 inline constexpr double kLeastShare = 4e-4;
 
+/// Ray tracing asks for the shadow of lights together that could not add more than this share to what a point shows: half a step of eight bits
+/// where it shows white.
+inline constexpr double kDimLights = 0.005;
+
 /// A path that is not absorbed after so many surfaces never will be: the chance is below 10⁻³⁰⁰ where each absorbs 5 %.
 inline constexpr int kLongestPath = 1 << 14;
 
