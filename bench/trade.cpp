@@ -156,7 +156,7 @@ void print_lamp(const Comparison& all) {
   }
 }
 
-/// Shooting with rows computed on demand against all rows and conjugate gradients.
+/// Shooting with rows computed on demand, none of them kept, against all rows and conjugate gradients.
 void print_shooting(const Comparison& all) {
   const PatchMesh& mesh = *all.mesh;
   const Visibility visibility(mesh);
@@ -181,7 +181,7 @@ void print_shooting(const Comparison& all) {
       if (solver.gathers) continue;
       const double start = now();
       const auto method = info.make(visibility);
-      const RowsOnDemand f(*method, visibility);
+      const RowsOnDemand f(*method, visibility, 0);
       const auto result = solver.make()->solve(RadiositySystem(f, mesh), options);
       fmt::print("| shooting, {} | {:g} | {:.2g} | {:.2g} | {} | 0 |\n", solver.name, tolerance,
                  static_cast<double>(result.report.iterations) / mesh.patch_count(), now() - start,

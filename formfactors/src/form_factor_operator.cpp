@@ -11,19 +11,12 @@
 
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/meshing/tolerances.hpp"
+#include "vector_clones.hpp"
 
 namespace radiosity {
 namespace {
 
-// Compiled for several processors, of which the one at hand is chosen when the program starts: F is read at the speed of memory
-// only where eight products are taken at a time. (Such a choice is made before the thread sanitizer is ready.)
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__)
-#define RADIOSITY_CLONES __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
-#else
-#define RADIOSITY_CLONES
-#endif
-#define RADIOSITY_INLINE inline __attribute__((always_inline))
-
+// F is read at the speed of memory only where eight products are taken at a time.
 constexpr std::size_t kWide = 8;
 using Floats [[gnu::vector_size(kWide * sizeof(float))]] = float;
 using Doubles [[gnu::vector_size(kWide * sizeof(double))]] = double;

@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <numbers>
 
 #include "radiosity/meshing/polygon_kit.hpp"
 #include "radiosity/meshing/tolerances.hpp"
+#include "vector_clones.hpp"
 
 namespace radiosity {
 namespace {
@@ -108,27 +110,68 @@ double contour_mutual_area(std::span<const Vec3> p, std::span<const Vec3> q) {
   return sum / (2 * std::numbers::pi);
 }
 
-// Kernel cosθ cosθ' / (π r²) summed over the two product rules. Points behind the other plane do not occur here.
-double quadrature(const Polygon& p, const std::vector<Polygon::Node>& p_nodes, const Polygon& q,
-                  const std::vector<Polygon::Node>& q_nodes) {
-  double sum = 0;
-  for (const auto& a : p_nodes) {
-    double inner = 0;
-    for (const auto& b : q_nodes) {
-      const Vec3 r = b.x - a.x;
-      const double r2 = r.squaredNorm();
-      inner -= b.weight * p.normal.dot(r) * q.normal.dot(r) / (r2 * r2);
-    }
-    sum += a.weight * inner;
+template <std::size_t kLanes>
+struct Vector {
+  using Doubles [[gnu::vector_size(kLanes * sizeof(double))]] = double;
+};
+
+// Adds weight · cosθ cosθ' / r² of a point x, y, z, weight on polygon p and of as many points of q as there are lanes.
+template <std::size_t kLanes>
+RADIOSITY_INLINE void add_kernels(const double* x, const double* p_normal, const double* points,
+                                  std::size_t stride, const double* q_normal,
+                                  typename Vector<kLanes>::Doubles& sum) {
+  typename Vector<kLanes>::Doubles r[3], weight;
+  for (std::size_t c = 0; c < 3; ++c) {
+    std::memcpy(&r[c], points + c * stride, sizeof r[c]);
+    r[c] -= x[c];
   }
+  std::memcpy(&weight, points + 3 * stride, sizeof weight);
+  const auto r2 = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
+  const auto cosines = (p_normal[0] * r[0] + p_normal[1] * r[1] + p_normal[2] * r[2]) *
+                       (q_normal[0] * r[0] + q_normal[1] * r[1] + q_normal[2] * r[2]);
+  sum += x[3] * weight * cosines / (r2 * r2);
+}
+
+// Kernel cosθ cosθ' / (π r²) summed over the two product rules, up to its sign. Points behind the other plane do not occur here.
+RADIOSITY_CLONES double quadrature(const Polygon::Rule& p, const double* p_normal, const Polygon::Rule& q,
+                                   const double* q_normal) {
+  Vector<8>::Doubles eight{};
+  Vector<4>::Doubles four{};
+  const double* const points = q.columns.data();
+  for (std::size_t i = 0; i < p.size; ++i) {
+    double x[4];
+    for (std::size_t c = 0; c < 4; ++c) x[c] = p.columns[c * p.stride + i];
+    std::size_t k = 0;
+    for (; k + 8 <= q.stride; k += 8) add_kernels<8>(x, p_normal, points + k, q.stride, q_normal, eight);
+    if (k < q.stride) add_kernels<4>(x, p_normal, points + k, q.stride, q_normal, four);
+  }
+  double sum = 0;
+  for (std::size_t k = 0; k < 4; ++k) sum += eight[k] + eight[k + 4] + four[k];
   return sum / std::numbers::pi;
+}
+
+struct Node {
+  Vec3 x;
+  double weight;
+};
+
+Polygon::Rule columns_of(const std::vector<Node>& nodes) {
+  Polygon::Rule rule{nodes.size(), (nodes.size() + 3) / 4 * 4, {}};
+  rule.columns.resize(4 * rule.stride);
+  for (std::size_t k = 0; k < rule.stride && !nodes.empty(); ++k) {
+    const Node& node = nodes[std::min(k, nodes.size() - 1)];  // the last again and again, without a weight
+    for (std::size_t c = 0; c < 3; ++c)
+      rule.columns[c * rule.stride + k] = node.x[static_cast<Eigen::Index>(c)];
+    rule.columns[3 * rule.stride + k] = k < nodes.size() ? node.weight : 0;
+  }
+  return rule;
 }
 
 // The n × n Gauss points of the bilinear map of a convex quad; nothing where the map folds.
 template <std::size_t n>
-std::vector<Polygon::Node> tensor_nodes(const std::vector<Vec3>& c, const Vec3& normal,
-                                        const std::array<double, n>& x, const std::array<double, n>& w) {
-  std::vector<Polygon::Node> nodes;
+std::vector<Node> tensor_nodes(const std::vector<Vec3>& c, const Vec3& normal, const std::array<double, n>& x,
+                               const std::array<double, n>& w) {
+  std::vector<Node> nodes;
   const polygon::BilinearQuad quad(c);
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = 0; j < n; ++j) {
@@ -141,8 +184,8 @@ std::vector<Polygon::Node> tensor_nodes(const std::vector<Vec3>& c, const Vec3& 
 }
 
 // The 7-point rule of degree 5 on each triangle of a fan with signed areas [Radon1948].
-std::vector<Polygon::Node> fan_nodes(const std::vector<Vec3>& c, const Vec3& normal) {
-  std::vector<Polygon::Node> nodes;
+std::vector<Node> fan_nodes(const std::vector<Vec3>& c, const Vec3& normal) {
+  std::vector<Node> nodes;
   const double root = std::sqrt(15.0);
   for (std::size_t k = 1; k + 1 < c.size(); ++k) {
     const double area = normal.dot((c[k] - c[0]).cross(c[k + 1] - c[0])) / 2;
@@ -174,17 +217,20 @@ Polygon::Polygon(std::vector<Vec3> c, const Vec3& unit_normal) : corners(std::mo
   radius = 0;
   for (const Vec3& v : corners) radius = std::max(radius, (v - centroid).norm());
   if (corners.size() == 4) {
-    nodes = tensor_nodes<3>(corners, normal, {0.1127016653792583, 0.5, 0.8872983346207417},
-                            {5.0 / 18, 8.0 / 18, 5.0 / 18});
-    few_nodes = tensor_nodes<2>(corners, normal, {0.2113248654051871, 0.7886751345948129}, {0.5, 0.5});
+    rule = columns_of(tensor_nodes<3>(corners, normal, {0.1127016653792583, 0.5, 0.8872983346207417},
+                                      {5.0 / 18, 8.0 / 18, 5.0 / 18}));
+    coarse_rule =
+        columns_of(tensor_nodes<2>(corners, normal, {0.2113248654051871, 0.7886751345948129}, {0.5, 0.5}));
   }
-  if (nodes.empty()) nodes = fan_nodes(corners, normal);
-  if (few_nodes.empty()) few_nodes = nodes;
+  if (rule.size == 0) rule = columns_of(fan_nodes(corners, normal));
+  if (coarse_rule.size == 0) coarse_rule = rule;
 }
 
 std::optional<Polygon> front_part(const Polygon& a, const Polygon& b, bool& visible) {
   // Heights over b's plane, relative to a point of that plane, so that distant scenes lose nothing.
   const double slack = tolerance::kOnPlane * (a.radius + b.radius + (a.centroid - b.centroid).norm());
+  visible = b.normal.dot(a.centroid - b.centroid) > a.radius + slack;
+  if (visible) return std::nullopt;  // all of the sphere round it
   bool above = false;
   bool below = false;
   for (const Vec3& v : a.corners) {
@@ -202,8 +248,12 @@ std::optional<Polygon> front_part(const Polygon& a, const Polygon& b, bool& visi
 double mutual_area(const Polygon& p, const Polygon& q) {
   const double r = (p.centroid - q.centroid).norm();
   const double reach = p.radius + q.radius;
-  const double area = r > tolerance::kVeryFarPair * reach ? quadrature(p, p.few_nodes, q, q.few_nodes)
-                      : r > tolerance::kFarPair * reach   ? quadrature(p, p.nodes, q, q.nodes)
+  // The cosines have opposite signs: r points from one to the other.
+  const auto far = [&](const Polygon::Rule& a, const Polygon::Rule& b) {
+    return -quadrature(a, p.normal.data(), b, q.normal.data());
+  };
+  const double area = r > tolerance::kVeryFarPair * reach ? far(p.coarse_rule, q.coarse_rule)
+                      : r > tolerance::kFarPair * reach   ? far(p.rule, q.rule)
                                                           : contour_mutual_area(p.corners, q.corners);
   return std::clamp(area, 0.0, std::min(p.area, q.area));  // rounding may leave that range by 1e-16
 }

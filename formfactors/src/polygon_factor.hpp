@@ -19,12 +19,13 @@ struct Polygon {
   double area;
   double radius;  ///< of the sphere round the centroid that holds the corners
 
-  /// Quadrature rules of degree 5 and 3 over the polygon; the weights add up to the area.
-  struct Node {
-    Vec3 x;
-    double weight;
+  /// Quadrature rules of degree 5 and 3 over the polygon: columns x, y, z and weight of `stride` numbers each. The first `size` weights
+  /// add up to the area; those that fill up a vector of four are 0.
+  struct Rule {
+    std::size_t size = 0, stride = 0;
+    std::vector<double> columns;
   };
-  std::vector<Node> nodes, few_nodes;
+  Rule rule, coarse_rule;
 };
 
 /// The part of `a` in front of b's plane, where that is neither all of it nor nothing; `visible` says whether anything is.

@@ -68,6 +68,12 @@ class Prepared {
     ended(SolveStage::method, side_warnings(seen, out_.patches.mesh));
   }
 
+  /// All of F can be assembled within the memory limit.
+  bool fits_memory() const {
+    return assembly_bytes(out_.patches.mesh.patch_count(), chosen_.method->max_entries_per_row()) <=
+           static_cast<double>(memory_limit(task_.options.memory_limit_bytes));
+  }
+
   FormFactorMatrix form_factors() {
     watch_.lap();
     FormFactorFacts& facts = out_.form_factors;
@@ -230,23 +236,25 @@ SolvedScene solve_once(const SceneToSolve& task, const SceneSettings& settings, 
   out.solver = info.name;
   out.solver_options = options;
 
-  // Closing rows needs all of them, so a request to leave them open stores them too.
-  const bool stored = info.gathers || !task.options.close;
+  // Shooting reads a row at a time; but what tells the error needs all of them, as leaving them open on request does.
+  const bool all_rows = info.gathers || !task.options.close || task.options.accuracy ||
+                        (task.options.estimate_error && prepared.fits_memory());
   std::unique_ptr<const FormFactorMatrix> matrix;
   std::unique_ptr<const RowsOnDemand> rows;
-  if (stored) {
+  if (all_rows) {
     matrix = std::make_unique<const FormFactorMatrix>(prepared.form_factors());
     if (!task.options.estimate_error) assembly.pair_rows.reset();
   } else {
     out.form_factors.storage = FormFactorStorage::rows;
-    rows = std::make_unique<const RowsOnDemand>(*prepared.chosen().method, prepared.visibility());
+    rows = std::make_unique<const RowsOnDemand>(*prepared.chosen().method, prepared.visibility(),
+                                                memory_limit(task.options.memory_limit_bytes) / 2);
     prepared.ended(SolveStage::form_factors);
   }
 
   Stopwatch watch;
   const std::unique_ptr<Solver> solver = info.make();
   {
-    const RadiositySystem system(stored ? static_cast<const FormFactorRows&>(*matrix) : *rows, mesh);
+    const RadiositySystem system(all_rows ? static_cast<const FormFactorRows&>(*matrix) : *rows, mesh);
     if (task.options.step)
       options.step = [&](Index iteration, double, const BandArray& radiosity) {
         task.options.step(iteration, radiosity);
@@ -261,7 +269,7 @@ SolvedScene solve_once(const SceneToSolve& task, const SceneSettings& settings, 
         assembly.completed ? solve(*solver, system, mesh, options) : nothing_exchanged(mesh, system);
   }
   out.seconds.solve = watch.lap();
-  if (!stored) assembly.rays = prepared.chosen().method->rays();
+  if (!all_rows) assembly.rays = prepared.chosen().method->rays();
   if (bands_left_out > 0) {
     const auto bands =
         static_cast<std::uint64_t>(bands_left_out) * static_cast<std::uint64_t>(1 + task.setups.size());
@@ -272,7 +280,7 @@ SolvedScene solve_once(const SceneToSolve& task, const SceneSettings& settings, 
   }
   prepared.ended(SolveStage::solve);
 
-  if (task.options.estimate_error && stored && assembly.completed && out.converged()) {
+  if (task.options.estimate_error && all_rows && assembly.completed && out.converged()) {
     watch.lap();
     out.error = estimate_error(
         {scene, out.patches, prepared.visibility(), *prepared.chosen().info, prepared.chosen().options,
@@ -291,11 +299,6 @@ namespace {
 SolvedScene solve_with_accuracy(const SceneToSolve& task, const SceneSettings& settings) {
   const double accuracy = *task.options.accuracy;
   if (!(accuracy > 0)) throw InputError(fmt::format("accuracy: {} is not positive", accuracy));
-  const SolverInfo& solver = chosen_solver(settings);
-  if (!solver.gathers)
-    throw InputError(fmt::format(
-        "an accuracy needs an error estimate, and so form factors that are stored; {} does not store them",
-        solver.name));
   return solve_to_accuracy(task, settings);
 }
 

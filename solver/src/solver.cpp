@@ -25,10 +25,10 @@ constexpr std::array<SolverInfo, 5> kSolvers{{
     {"gauss-seidel", "gathering, with the values of the sweep under way", "Goral1984", true,
      make_gauss_seidel},
     {"jacobi", "gathering, one bounce of light an iteration", "Goral1984", true, make_jacobi},
-    {"progressive", "shooting from the patch with most unshot power; F is not stored", "Cohen1988", false,
-     make_progressive},
-    {"progressive-overshoot", "shooting, with what the patch will still receive; F is not stored", "Feda1992",
-     false, make_progressive_overshoot},
+    {"progressive", "shooting from the patch with most unshot power; reads a row of F at a time", "Cohen1988",
+     false, make_progressive},
+    {"progressive-overshoot", "shooting, with what the patch will still receive; reads a row of F at a time",
+     "Feda1992", false, make_progressive_overshoot},
 }};
 
 // What is lost at a reflection, area-weighted mean over each component: components × bands.

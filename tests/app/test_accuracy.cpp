@@ -113,9 +113,6 @@ TEST_F(Accuracy, ChoosesWhatIsNotGivenAndRefusesWhatIs) {
   expect_one_error(run({"solve", "cube.toml", "-o", "out.vtp", "--accuracy", "1", "--patch-size", "0.1"}), 2,
                    "--patch-size");
   expect_one_error(run({"solve", "cube.toml", "-o", "out.vtp", "--accuracy", "0"}), 2, "above 0");
-  expect_one_error(
-      run({"solve", "cube.toml", "-o", "out.vtp", "--accuracy", "1", "--solver", "progressive", "--quiet"}),
-      1, "stored");
 }
 
 }  // namespace

@@ -304,7 +304,7 @@ TEST_P(Assembly, GivesRowsOnDemandThatAreTheStoredOnesUnclosed) {
   for (const PatchMesh& mesh : {two_rooms(1), opposed_squares_with_screen(2, 0.5)}) {
     const MethodSetup setup(mesh, info());
     const Assembled stored = assembled(setup, unclosed());
-    const RowsOnDemand on_demand(*setup.method, setup.visibility);
+    const RowsOnDemand on_demand(*setup.method, setup.visibility, 0);
     EXPECT_EQ(on_demand.size(), setup.size());
     EXPECT_FALSE(on_demand.stored());
     const Eigen::MatrixXd f = as_dense(on_demand);

@@ -61,7 +61,7 @@ TEST(RowsOnDemand, MakeThePairwisePartWithoutTakingUpAnotherRowMeanwhile) {
   tbb::task_arena arena(kThreads);  // the limit alone gives no more threads than there are cores
   for (int run = 0; run < 32; ++run) {
     FirstRowUnanswered method;
-    const RowsOnDemand rows(method, visibility);
+    const RowsOnDemand rows(method, visibility, 0);
     std::atomic<Index> told = 0;
     const auto ask = [&](const tbb::blocked_range<Index>& one) {
       RowBuffer buffer;
@@ -73,6 +73,41 @@ TEST(RowsOnDemand, MakeThePairwisePartWithoutTakingUpAnotherRowMeanwhile) {
     });
     EXPECT_EQ(told, mesh.patch_count());
   }
+}
+
+TEST(RowsOnDemand, KeepsThoseAskedForLastWhileThereIsRoom) {
+  const PatchMesh mesh =
+      MeshBuilder().use_material(grey("wall", 0.5, 0)).box({0, 0, 0}, {1, 1, 1}, 2, Facing::inward).build();
+  const Index n = mesh.patch_count();
+  ASSERT_EQ(n, 24);
+  const Visibility visibility(mesh);
+  const auto method = find_form_factor_method("analytic").make(visibility);
+  constexpr std::size_t kRow = 20 * 8;  // all but the four of the same wall
+  RowBuffer buffer;
+  const auto ask = [&](const RowsOnDemand& rows, Index i) {
+    const FormFactorRow row = rows.row(i, buffer);
+    return std::vector<float>(row.values.begin(), row.values.end());
+  };
+  const RowsOnDemand never(*method, visibility, kRow - 1), always(*method, visibility, 24 * kRow),
+      three(*method, visibility, 3 * kRow);
+  for (int round = 0; round < 2; ++round)
+    for (Index i = 0; i < n; ++i) {
+      const std::vector<float> row = ask(never, i);
+      EXPECT_EQ(row.size(), 20U);
+      EXPECT_EQ(ask(always, i), row) << i;
+      EXPECT_EQ(ask(three, i), row) << i;
+      EXPECT_EQ(always.escaped()[i], never.escaped()[i]);
+    }
+  EXPECT_EQ(never.computed(), 48U);
+  EXPECT_EQ(always.computed(), 24U);
+  EXPECT_EQ(three.computed(), 48U);
+  for (const Index i : {22, 23, 21}) ask(three, i);  // still there
+  EXPECT_EQ(three.computed(), 48U);
+  ask(three, 0);  // in the place of 22
+  for (const Index i : {23, 21, 0}) ask(three, i);
+  EXPECT_EQ(three.computed(), 49U);
+  ask(three, 22);
+  EXPECT_EQ(three.computed(), 50U);
 }
 
 }  // namespace

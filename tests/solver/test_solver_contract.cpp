@@ -435,7 +435,7 @@ TEST_P(AnySolver, NeedsNoStoredRowsWhereItSaysSo) {
   // Exact factors, so that stored and computed rows differ by rounding to single precision only.
   const MethodSetup setup(cube_room(2), find_form_factor_method("analytic"));
   const FormFactorMatrix stored = assemble(*setup.method, setup.visibility).matrix;
-  const RowsOnDemand on_demand(*setup.method, setup.visibility);
+  const RowsOnDemand on_demand(*setup.method, setup.visibility, 0);
   const Index n = setup.size();
   BandArray e = BandArray::Zero(n, 1);
   e(5, 0) = 10;

@@ -82,13 +82,13 @@ double assembly_bytes(double patches, double entries);
 AssembledFormFactors assemble(const FormFactorMethod& method, const Visibility& visibility,
                               const AssemblyOptions& options = {});
 
-/// F that is never stored: each row is computed when a solver asks for it, as the method makes it, but the rows
-/// of lamps pair by pair as in `assemble`. Reciprocity and closure cannot be restored row by row: what a row
-/// lacks shows in the energy balance.
+/// F that is not assembled: each row is computed when a solver asks for it, as the method makes it, but the rows
+/// of lamps pair by pair as in `assemble`. Rows are kept while there is room, and the one that nobody has asked for longest makes room
+/// for another. Reciprocity and closure cannot be restored row by row: what a row lacks shows in the energy balance.
 class RowsOnDemand final : public FormFactorRows {
  public:
-  /// Both must outlive this object.
-  RowsOnDemand(const FormFactorMethod& method, const Visibility& visibility);
+  /// Both must outlive this object. Kept rows take at most `memory_bytes`, 8 an entry; 0: none are kept.
+  RowsOnDemand(const FormFactorMethod& method, const Visibility& visibility, std::size_t memory_bytes);
   ~RowsOnDemand() override;
 
   Index size() const override { return n_; }
@@ -97,12 +97,19 @@ class RowsOnDemand final : public FormFactorRows {
   /// Known for the rows computed so far, 0 for the others. A method that cannot tell gets 1 − Σ_j F_ij.
   Eigen::ArrayXd escaped() const override;
 
+  /// Rows that were computed, again if they had been given up.
+  std::uint64_t computed() const { return computed_.load(std::memory_order_relaxed); }
+
  private:
   struct Pairwise;
+  class Kept;
+  void compute(Index i, RowBuffer& buffer) const;
   const FormFactorMethod& method_;
   Index n_;
   std::unique_ptr<Pairwise> pairwise_;  // absent where the method looks at pairs anyway
   std::unique_ptr<std::atomic<double>[]> escaped_;
+  std::unique_ptr<Kept> kept_;
+  mutable std::atomic<std::uint64_t> computed_{0};
 };
 
 }  // namespace radiosity
