@@ -108,7 +108,13 @@ Shown show_scene(Job& job, const PipelineInfo& pipeline, const std::optional<Cam
     warn(job, patches.warnings);
     return {view_scene(std::move(patches.mesh), {}, loaded.lights), {}, loaded.settings};
   }
-  SolvedScene solved = solve_stage(job, {loaded.scene, {}, {}, {}, {}}, loaded.settings);
+  // Before the work of a solve is done for it.
+  std::optional<Camera> camera = wanted;
+  if (!camera) camera = camera_of(loaded.settings, view.camera_name, job.options.scene);
+  if (camera || view.position)
+    refuse_eye_in_matter(make_patches(loaded.scene, KeepFaces{}).mesh,
+                         override_camera(camera.value_or(Camera{}), view));
+  SolvedScene solved = solve_stage(job, {loaded.scene, {}, {}, {}, {}, loaded.lights}, loaded.settings);
   const double exposure = automatic_exposure(solved.patches.mesh, solved.solution.radiosity);
   SolvedScene::Told told = solved.told_of_setup(0);
   return {view_scene(std::move(told.mesh), std::move(told.solution.vertex_radiosity), loaded.lights),

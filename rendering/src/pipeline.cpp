@@ -46,7 +46,8 @@ LinearImage enlarged(const SampleGrid& grid, const BandArray& values) {
   return image;
 }
 
-/// Throws InputError where an eye sees nothing but backs that let no light through, whatever way it looks.
+}  // namespace
+
 void refuse_eye_in_matter(const PatchMesh& mesh, const Camera& camera) {
   constexpr int kDirections = 1000;  // spread over the sphere [Gonzalez2010]
   const RayCaster caster(mesh);
@@ -67,8 +68,6 @@ void refuse_eye_in_matter(const PatchMesh& mesh, const Camera& camera) {
                   title(camera), camera.position.x(), camera.position.y(), camera.position.z(),
                   nearest->distance, mesh.material_of(nearest->patch).name, mesh.surface(nearest->patch)));
 }
-
-}  // namespace
 
 std::vector<Sample2> sample_places(Index n) {
   std::vector<Sample2> points, result(static_cast<std::size_t>(n));

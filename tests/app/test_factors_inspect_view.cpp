@@ -246,7 +246,7 @@ TEST_F(ViewCommand, RefusesACameraInsideOfAWall) {
   write_cube();
   write("cube.toml", "flip = true\n" + read("cube.toml") +
                          "[camera.wall]\nposition = [0.5, 0.5, 0.5]\ntarget = [0.5, 0.6, 1]\n");
-  for (const char* pipeline : {"phong", "path-tracing"})
+  for (const char* pipeline : {"phong", "path-tracing", "radiosity"})
     expect_one_error(run({"view", "cube.toml", "-o", "a.png", "--pipeline", pipeline, "--camera", "wall",
                           "--width", "8", "--height", "8"}),
                      1, "camera 'wall': at 0.5 0.5 0.5 it is inside of a wall or a thing");
@@ -259,6 +259,8 @@ TEST_F(ViewCommand, ShowsLightsThatASolveLeavesOut) {
   const Outcome solved = run({"solve", "lit.toml", "-o", "out.vtp", "--patch-size", "0.5"});
   EXPECT_EQ(solved.status, 0);
   EXPECT_THAT(solved.out, HasSubstr("warning        [lights.bulb]: no light is taken"));
+  EXPECT_THAT(run({"view", "lit.toml", "-o", "a.png", "--width", "8", "--height", "8"}).out,
+              HasSubstr("warning        [lights.bulb]: no light is taken"));
   for (const char* pipeline : {"gouraud", "phong", "priority", "ray-tracing", "path-tracing"}) {
     const auto image = [&](const char* scene) {
       EXPECT_EQ(run({"view", scene, "-o", "a.hdr", "--pipeline", pipeline, "--width", "8", "--height", "8",

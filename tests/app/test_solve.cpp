@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -76,6 +77,30 @@ TEST_F(Solve, RefusesToRelaxASolverThatCannotBeforeAnyWork) {
 }
 
 // R1: B = E / (1 − ρ) in a closed room of one material, whatever the method and the solver.
+// The inside of a ball of facets without any mesh, closed: B = E / (1 − ρ) = 2 all over, of an area that is less than 4π by at most
+// 2 · 0.05.
+TEST_F(Solve, GivesTheFurnaceOfACurvedShape) {
+  write("ball.toml", R"([materials.wall]
+reflectance = 0.5
+emission = 1
+[shapes.ball]
+type = "sphere"
+centre = [1, 2, 3]
+radius = 1
+flip = true
+chord_error = 0.05
+material = "wall"
+)");
+  ASSERT_EQ(
+      run({"solve", "ball.toml", "-o", "out.vtp", "--patch-size", "none", "--report", "out.json"}).status, 0);
+  const SolvedMesh mesh = solved();
+  EXPECT_NEAR(mesh.patch_radiosity.minCoeff(), 2, 1e-4);
+  EXPECT_NEAR(mesh.patch_radiosity.maxCoeff(), 2, 1e-4);
+  const double emitted = report().at("energy").at("emitted_w").at(0);
+  EXPECT_LT(emitted, 4 * M_PI);
+  EXPECT_GT(emitted, 4 * M_PI * 0.9);
+}
+
 TEST_F(Solve, GivesTheFurnaceByEveryMethodAndSolver) {
   write_cube();
   write("cube.toml",

@@ -91,6 +91,10 @@ class Pipeline {
   ViewScene scene_;
 };
 
+/// Throws InputError, naming camera and nearest surface, where an eye sees nothing but backs of surfaces that let no light through whatever
+/// way it looks: inside of a wall or a thing.
+void refuse_eye_in_matter(const PatchMesh& mesh, const Camera& camera);
+
 /// A row of the table of pipelines.
 struct PipelineInfo {
   std::string_view name;
