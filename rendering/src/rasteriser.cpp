@@ -374,6 +374,7 @@ void rasterise(const Polygons& polygons, const BandArray& values,
   const std::vector<Batch> batches = rasteriser.faces(back_to_front);
   constexpr int kRows = 16;
   tbb::parallel_for(0, (rasteriser.rows() + kRows - 1) / kRows, [&](int strip) {
+    if (grid.stopped()) return;
     const int first = strip * kRows, last = std::min(rasteriser.rows(), first + kRows);
     rasteriser.shade(rasteriser.scan(batches, !back_to_front, first, last), first, shade);
   });

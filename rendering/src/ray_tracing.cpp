@@ -65,9 +65,10 @@ class RayTracing final : public Pipeline {
     }
   };
   struct Shadows {
-    std::vector<Share> shares;   // of the lights
-    std::vector<double> up_to;   // sums of what the lights before each could add
-    std::vector<Cluster> queue;  // the brightest on top
+    Bands shown, diffuse, glossy, given;  // kept, as memory takes time
+    std::vector<Share> shares;            // of the lights
+    std::vector<double> up_to;            // sums of what the lights before each could add
+    std::vector<Cluster> queue;           // the brightest on top
   };
 
   void sample(const Pinhole& eye, const SampleGrid& grid, BandArray& values) const override {
@@ -101,15 +102,15 @@ class RayTracing final : public Pipeline {
     const bool glossy = (finish.mirrored > 0).any();
     const bool mirror_like = finish.shininess >= tolerance::kMirrorLike;
     if (hit->front) {
-      const Bands shown =
-          weight *
-          (scene().vertex_radiosity
-               ? Bands(interpolate(mesh(), *scene().vertex_radiosity, hit->patch, hit->x).transpose())
-               : Bands(finish.emission + finish.diffuse * ambient_));
+      Bands& shown = shadows.shown;
+      if (scene().vertex_radiosity)
+        shown = weight * interpolate(mesh(), *scene().vertex_radiosity, hit->patch, hit->x).transpose();
+      else
+        shown = weight * (finish.emission + finish.diffuse * ambient_);
       sum += shown;
       if (!scene().vertex_radiosity || surfaces_ < lights_.size() ||
           (glossy && std::isfinite(finish.shininess)))
-        add_lights(*hit, finish, n, mirror, mirror_like, weight, shown, shadows, sum);
+        add_lights(*hit, finish, n, mirror, mirror_like, weight, shadows, sum);
     }
 
     Bands reflected = mirror_like ? Bands(weight * finish.mirrored) : Bands(Bands::Zero(weight.size()));
@@ -168,10 +169,11 @@ class RayTracing final : public Pipeline {
   /// point then shows, `shown` and what the lights add. So a shadow's edge is off by at most that for each cluster it goes through, and a
   /// light that adds more is asked for by itself.
   void add_lights(const SurfaceHit& hit, const Finish& finish, const Vec3& n, const Vec3& mirror,
-                  bool mirror_like, const Bands& weight, const Bands& shown, Shadows& shadows,
-                  Row sum) const {
-    auto& [shares, up_to, queue] = shadows;
-    const Bands diffuse = weight * finish.diffuse, glossy = weight * finish.mirrored;
+                  bool mirror_like, const Bands& weight, Shadows& shadows, Row sum) const {
+    auto& [shown, diffuse, glossy, given, shares, up_to, queue] = shadows;
+    diffuse = weight * finish.diffuse;
+    glossy = weight * finish.mirrored;
+    if (!(diffuse > 0).any() && !(glossy > 0).any()) return;
     shares.resize(lights_.size());
     up_to.assign(lights_.size() + 1, 0);
     for (std::size_t k = 0; k < lights_.size(); ++k) {
@@ -190,44 +192,52 @@ class RayTracing final : public Pipeline {
       caster_.dim(hit, arrived.to, arrived.distance, share);  // S_i
       return share;
     };
-    // Where `parent` is one of them, its ray is theirs; otherwise the one in the middle of what they add.
-    const auto push = [&](std::size_t first, std::size_t last, const Cluster* parent) {
-      const double most = up_to[last] - up_to[first];
-      if (!(most > 0)) return;
-      if (parent && parent->light >= first && parent->light < last) {
-        queue.push_back({first, last, parent->light, most, parent->free});
-      } else {
-        const auto middle =
-            std::upper_bound(up_to.begin() + static_cast<std::ptrdiff_t>(first) + 1,
-                             up_to.begin() + static_cast<std::ptrdiff_t>(last), up_to[first] + most / 2);
-        const auto k = static_cast<std::size_t>(middle - up_to.begin()) - 1;
-        queue.push_back({first, last, k, most, free(k)});
-      }
-      found += most * queue.back().free.maxCoeff();
-      std::push_heap(queue.begin(), queue.end());
-    };
-    queue.clear();
-    push(0, surfaces_, nullptr);
-    for (std::size_t k = surfaces_; k < lights_.size(); ++k) push(k, k + 1, nullptr);
-    while (!queue.empty()) {
-      std::pop_heap(queue.begin(), queue.end());
-      const Cluster cluster = std::move(queue.back());
-      queue.pop_back();
-      if (cluster.last - cluster.first > 1 && cluster.most > tolerance::kDimLights * found) {
-        found -= cluster.most * cluster.free.maxCoeff();
-        const std::size_t middle = (cluster.first + cluster.last) / 2;
-        push(cluster.first, middle, &cluster);
-        push(middle, cluster.last, &cluster);
-        continue;
-      }
-      if (!(cluster.free > 0).any()) continue;
-      Bands given = Bands::Zero(weight.size());
-      for (std::size_t k = cluster.first; k < cluster.last; ++k)
+    const auto settle = [&](std::size_t first, std::size_t last, const Bands& share) {
+      if (!(share > 0).any()) return;
+      given.setZero(weight.size());
+      for (std::size_t k = first; k < last; ++k)
         if (up_to[k + 1] > up_to[k])
           for (Eigen::Index b = 0; b < weight.size(); ++b)
             given[b] +=
                 (shares[k].lobe * glossy[b] + shares[k].diffuse * diffuse[b]) * lights_[k].intensity[b];
-      sum += given * cluster.free;
+      sum += given * share;
+    };
+    // Where the light of `parent` is one of them, its ray is theirs; otherwise the one in the middle of what they add.
+    const auto ask = [&](std::size_t first, std::size_t last, const Cluster* parent) {
+      const double most = up_to[last] - up_to[first];
+      if (!(most > 0)) return;
+      const bool known = parent && parent->light >= first && parent->light < last;
+      std::size_t light = known ? parent->light : first;
+      if (!known && last - first > 1) {
+        const auto middle =
+            std::upper_bound(up_to.begin() + static_cast<std::ptrdiff_t>(first) + 1,
+                             up_to.begin() + static_cast<std::ptrdiff_t>(last), up_to[first] + most / 2);
+        light = static_cast<std::size_t>(middle - up_to.begin()) - 1;
+      }
+      Bands share = known ? parent->free : free(light);
+      found += most * share.maxCoeff();
+      if (last - first == 1) {
+        settle(first, last, share);
+      } else {
+        queue.push_back({first, last, light, most, std::move(share)});
+        std::push_heap(queue.begin(), queue.end());
+      }
+    };
+    queue.clear();
+    ask(0, surfaces_, nullptr);
+    for (std::size_t k = surfaces_; k < lights_.size(); ++k) ask(k, k + 1, nullptr);
+    while (!queue.empty()) {
+      std::pop_heap(queue.begin(), queue.end());
+      const Cluster cluster = std::move(queue.back());
+      queue.pop_back();
+      if (cluster.most > tolerance::kDimLights * found) {
+        found -= cluster.most * cluster.free.maxCoeff();
+        const std::size_t middle = (cluster.first + cluster.last) / 2;
+        ask(cluster.first, middle, &cluster);
+        ask(middle, cluster.last, &cluster);
+      } else {
+        settle(cluster.first, cluster.last, cluster.free);
+      }
     }
   }
 

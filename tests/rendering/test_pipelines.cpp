@@ -109,9 +109,10 @@ TEST(Pipelines, StopWithTheBestImageWhenAsked) {
 
 // Asked for the first time in the second pass: what is left is the first.
 TEST(Pipelines, StopWithinAPass) {
-  for (const char* name : {"ray-tracing", "path-tracing"}) {
-    const auto pipeline = find_pipeline(name).make(lit_scene());
-    const DrawOptions one{.width = 8, .height = 8, .samples = 1};
+  for (const PipelineInfo& info : pipelines()) {
+    if (info.solved) continue;  // its passes are short
+    const auto pipeline = info.make(lit_scene());
+    const DrawOptions one{.width = 8, .height = 64, .samples = 1};
     DrawOptions two = one;
     two.samples = 2;
     std::atomic<int> asked = 0;
