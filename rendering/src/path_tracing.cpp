@@ -73,9 +73,10 @@ class Emitters {
 /// is mirrored where all is reflected. All this holds for light from behind as well, where light is let through. Where the surface is a
 /// sheet, with a patch on either side, it is thin, and light goes straight through it. Transported is L / η², so that what refraction
 /// does to radiance needs no factor. Lights that are no surfaces are looked for from each point, straight through sheets; no path that is
-/// refracted or mirrored on its way could find them. Light of emitters is found from each point by two ways, a point on them and the next direction of
-/// the path, which share it by the balance heuristic [VeachGuibas1995]. A path goes on with the share of its light that does, in the
-/// band where that is most (Russian roulette), and weighs the more: no bias. Where indices depend on the band, it goes on with one of them.
+/// refracted or mirrored on its way could find them. Light of emitters is found from each point by two ways, a point on them and the next
+/// direction of the path, which share it by the balance heuristic [VeachGuibas1995]. A path goes on with the share of its light that
+/// does, in the band where that is most (Russian roulette), and weighs the more: no bias. Where indices depend on the band, it goes on
+/// with one of them.
 class PathTracing final : public Pipeline {
  public:
   PathTracing(ViewScene drawn, const PipelineOptions& options)

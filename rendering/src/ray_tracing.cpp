@@ -16,10 +16,9 @@ namespace {
 /// Recursive ray tracing [Whitted1980], its recursion a list of rays that wait:
 ///   I = E + ρ (H_a + Σ S_i f_att I_i (N·L)) + Σ S_i f_att I_i k_s (R·V)ⁿ + k_s I_r + k_t I_t
 /// in W/m². Over a solution its radiosity takes the place of E + ρ (…), so that only mirrors and glass are added, and lights that are no
-/// surfaces, which no solution knows. S_i is the product of
-/// k_t of what stands between point and light, whose rays are not refracted. Where a surface is dull (n < kMirrorLike), k_s I_r is left
-/// out; where it is not, it shows emitting surfaces, and their lights make no highlight. What is totally reflected adds k_t to k_s. Where indices depend on the band,
-/// each band has a ray of its own from there on.
+/// surfaces, which no solution knows. S_i is the product of k_t of what stands between point and light, whose rays are not refracted.
+/// Where a surface is dull (n < kMirrorLike), k_s I_r is left out; where it is not, it shows emitting surfaces, and their lights make no
+/// highlight. What is totally reflected adds k_t to k_s. Where indices depend on the band, each band has a ray of its own from there on.
 /// Normals are interpolated between the vertices.
 class RayTracing final : public Pipeline {
  public:
@@ -50,7 +49,8 @@ class RayTracing final : public Pipeline {
     Bands weight;
   };
 
-  /// A light's share of its intensity that reaches the eye from a point, in a band with weight 1: diffusely, and about the mirror's direction.
+  /// A light's share of its intensity that reaches the eye from a point, in a band with weight 1: diffusely, and about the mirror's
+  /// direction.
   struct Share {
     double diffuse = 0, lobe = 0;
   };
@@ -165,9 +165,9 @@ class RayTracing final : public Pipeline {
   }
 
   /// What lights add without shadows is summed up for each; whether something stands in between, for clusters of them, as in a cut
-  /// through a tree of lights [Walter2005]: the brightest cluster is halved until none could add more than the share kDimLights of what the
-  /// point then shows, `shown` and what the lights add. So a shadow's edge is off by at most that for each cluster it goes through, and a
-  /// light that adds more is asked for by itself.
+  /// through a tree of lights [Walter2005]: the brightest cluster is halved until none could add more than the share kDimLights of what
+  /// the point then shows, `shown` and what the lights add. So a shadow's edge is off by at most that for each cluster it goes through,
+  /// and a light that adds more is asked for by itself.
   void add_lights(const SurfaceHit& hit, const Finish& finish, const Vec3& n, const Vec3& mirror,
                   bool mirror_like, const Bands& weight, Shadows& shadows, Row sum) const {
     auto& [shown, diffuse, glossy, given, shares, up_to, queue] = shadows;

@@ -47,11 +47,11 @@ struct Ball {
 Ball enclosing_ball(const CurvedShape& shape);
 
 /// Adds facets whose vertices lie on the surface and from which no point of it is further than `chord_error`, in m:
-///   sphere: an icosahedron, each face divided into ν² triangles that are pushed out, ν no larger than needed;
+///   sphere: an icosahedron, each face divided into ν² triangles that are pushed out, the least ν or nearly so;
 ///   cylinder, disk: the regular n-gon with r (1 − cos(π/n)) ≤ chord_error;
-///   Bézier: n × n quads of two triangles each, the least n with (M_uu + 2 M_uv + M_vv) / (8 n²) ≤ chord_error [Filip1986], M the largest
-///   second derivatives as the control points bound them.
-/// ν ≥ 2 and n ≥ 16, so that neighbours meet at less than 30° and count as one smooth surface. Edges are shared by vertex numbers.
+///   Bézier: n × n quads of two triangles each, the least n with (M_uu + 2 M_uv + M_vv) / (8 n²) ≤ chord_error
+///   [Filip1986], M the largest second derivatives as the control points bound them.
+/// Spheres have ν ≥ 2 and polygons n ≥ 16, so that neighbours meet at less than 30° and count as one smooth surface. Edges are shared by vertex numbers.
 /// Throws InputError naming the shape on a radius, an axis or a chord error that is not positive, on numbers that are not finite, and
 /// where it would take more than tolerance::kMostPiecesOfFace facets.
 void tessellate(const CurvedShape& shape, double chord_error, Index material, Scene::Arrays& arrays);
