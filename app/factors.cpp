@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "commands.hpp"
+#include "radiosity/io/form_factor_file.hpp"
 #include "radiosity/io/matrix_market.hpp"
 #include "stages.hpp"
 
@@ -9,7 +10,9 @@ namespace radiosity::app {
 
 int run_factors(const Options& options) {
   Job job(options);
-  check_outputs(options, ".mtx");
+  const bool hdf5 = options.output.extension() == ".h5";
+  check_outputs(options, hdf5 || options.output.extension() == ".mtx" ? options.output.extension().string()
+                                                                      : ".mtx or .h5");
   const LoadedScene loaded = read_stage(job, options.scene, MissingMaterials::allow);
   const SceneSettings settings = override_settings(loaded.settings, options.flags);
   Telling telling(job, settings);
@@ -22,12 +25,16 @@ int run_factors(const Options& options) {
   job.stage.lap();
   if (job.report.converged) {
     outputs.will_write(options.output);
-    write_matrix_market(
-        options.output, matrix,
-        fmt::format("radiosity {}\n{}\nForm factors of the {} patches of {} by method {}.\n"
-                    "Row i, column j: the fraction of what leaves patch i that arrives at patch j.",
-                    RADIOSITY_VERSION, options.command_line, matrix.size(), options.scene.string(),
-                    scene.form_factors.method));
+    if (hdf5)
+      write_form_factors(options.output, matrix, scene.patches.mesh, scene.form_factors, RADIOSITY_VERSION,
+                         options.command_line);
+    else
+      write_matrix_market(
+          options.output, matrix,
+          fmt::format("radiosity {}\n{}\nForm factors of the {} patches of {} by method {}.\n"
+                      "Row i, column j: the fraction of what leaves patch i that arrives at patch j.",
+                      RADIOSITY_VERSION, options.command_line, matrix.size(), options.scene.string(),
+                      scene.form_factors.method));
   }
   outputs.finish();
   return job.report.converged ? kDone : kNotConverged;

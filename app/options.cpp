@@ -401,6 +401,29 @@ class Parser {
     add_time_limit(command, group);
   }
 
+  void add_earlier_work(CLI::App* command) {
+    const std::string group = "Earlier work";
+    CLI::Option* file = command->add_option("--form-factors", options_.form_factor_file,
+                                            "Read form factors that radiosity factors made of the same\n"
+                                            "patches, instead of computing them");
+    file->option_text("F.h5")->group(group);
+    CLI::Option* resume = command->add_flag("--resume", options_.resume,
+                                            "Go on where an earlier run of the same ended, killed or not:\n"
+                                            "the result has the same bits as if it had not");
+    resume->disable_flag_override()->option_text(" ")->group(group);
+    CLI::Option* every = add_checked(
+        command->add_option("--checkpoint", options_.checkpoint_s,
+                            fmt::format("Time between savings of the state, in OUT.checkpoint.h5 and\n"
+                                        "OUT.checkpoint-elements.h5. Default: {}",
+                                        options_.checkpoint_s)),
+        "SECONDS", positive);
+    every->group(group);
+    for (const char* made : {"--method", "--samples", "--resolution", "--no-closure", "--accuracy"})
+      file->excludes(command->get_option(made));
+    for (CLI::Option* option : {file, resume, every}) option->excludes(command->get_option("--accuracy"));
+    file->excludes(resume);
+  }
+
   void add_time_limit(CLI::App* command, const std::string& group) {
     add_checked(command->add_option("--time-limit", options_.time_limit,
                                     "Stop after this time with the best there is, as Ctrl-C does"),
@@ -436,6 +459,7 @@ class Parser {
     add_storage(command);
     add_solver(command);
     add_accuracy(command);
+    add_earlier_work(command);
     add_general(command);
     command->footer("Flags override the scene file. Ctrl-C ends the work and writes what has been reached.");
   }
@@ -443,7 +467,7 @@ class Parser {
   void add_factors() {
     CLI::App* command = add_command("factors", "Compute the form factors alone",
                                     "A mesh or a scene file (.toml); needs neither materials nor a lamp");
-    add_output(command, "F.mtx", "The matrix in Matrix Market format (required)");
+    add_output(command, "F.mtx|F.h5", "The matrix in Matrix Market format, or in HDF5 (required)");
     add_report(command);
     add_patches(command);
     add_form_factors(command, true);

@@ -29,7 +29,10 @@ struct Options {
   SceneSettings flags;  ///< what overrides the scene file; `camera` is not used
   int threads = 0;      ///< 0: every core
   bool quiet = false;
-  bool close = true;                   ///< restore reciprocity and closure
+  std::filesystem::path form_factor_file;  ///< read instead of computed
+  bool resume = false;                     ///< take up what an earlier run left
+  double checkpoint_s = 120;               ///< between savings of the state of a solve
+  bool close = true;                       ///< restore reciprocity and closure
   double accuracy = 0;                 ///< largest error that is wanted, %; 0: settings are chosen by hand
   double time_limit = 0;               ///< s; 0: none
   bool estimate_error = true;          ///< solve cheaper problems too, to tell how far the result is off

@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "commands.hpp"
+#include "radiosity/io/checkpoints.hpp"
+#include "radiosity/io/form_factor_file.hpp"
 #include "radiosity/io/paraview_script.hpp"
 #include "radiosity/io/solution_file.hpp"
 #include "radiosity/rendering/render.hpp"
@@ -49,7 +51,27 @@ int run_solve(const Options& options) {
   Job job(options);
   check_outputs(options, ".vtp");
   const LoadedScene loaded = read_stage(job, options.scene);
-  const SceneSettings settings = override_settings(loaded.settings, options.flags);
+  SceneSettings settings = override_settings(loaded.settings, options.flags);
+  if (!options.form_factor_file.empty()) {
+    const FormFactorFileFacts made = read_form_factor_facts(options.form_factor_file);
+    settings.method = made.method;
+    settings.samples = made.options.samples > 0 ? std::optional(made.options.samples) : std::nullopt;
+    settings.resolution = made.options.resolution > 0 ? std::optional(made.options.resolution) : std::nullopt;
+    if (!settings.seed) settings.seed = made.options.seed;
+  }
+  std::optional<Checkpoints> checkpoints;
+  if (options.accuracy == 0 && options.form_factor_file.empty()) {
+    checkpoints.emplace(options.output, digest(loaded, settings, options.close), RADIOSITY_VERSION,
+                        options.checkpoint_s);
+    if (options.resume) {
+      checkpoints->resume();
+      job.console.line("resumed", "{} rows of the form factors, {} elements", checkpoints->resumed_rows(),
+                       checkpoints->resumed_elements());
+    } else if (checkpoints->found()) {
+      job.console.line("note", "an earlier run left its state beside {}; with --resume it is gone on with",
+                       options.output.string());
+    }
+  }
 
   const auto shown = [&](const BandArray& all) -> BandArray {  // the scene as it is, without the set-ups
     return all.leftCols(all.cols() / static_cast<Eigen::Index>(loaded.setups.size() + 1));
@@ -59,7 +81,7 @@ int run_solve(const Options& options) {
   std::function<void(Index, const BandArray&)> step;
   if (wants_series)
     step = [&](Index iteration, const BandArray& radiosity) { steps.add(iteration, shown(radiosity)); };
-  const SolvedScene solved = solve_stage(job, loaded, settings, step);
+  const SolvedScene solved = solve_stage(job, loaded, settings, step, checkpoints ? &*checkpoints : nullptr);
 
   Outputs outputs(job);
   for (std::size_t k = 0; k <= loaded.setups.size(); ++k) {
@@ -90,6 +112,8 @@ int run_solve(const Options& options) {
     }
   }
   outputs.finish();
+  const bool wants_elements = settings.elements && std::holds_alternative<ElementSize>(*settings.elements);
+  if (checkpoints && solved.converged() && (solved.elements || !wants_elements)) checkpoints->remove();
   const bool reached = !solved.accuracy || solved.accuracy->reached;
   return solved.converged() && reached ? kDone : kNotConverged;
 }

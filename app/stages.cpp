@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "radiosity/formfactors/sides.hpp"
+#include "radiosity/io/form_factor_file.hpp"
 #include "radiosity/io/output.hpp"
 #include "radiosity/meshing/error.hpp"
 
@@ -258,6 +259,8 @@ void Telling::form_factors(const SolvedScene& scene) {
     job_.console.line("form factors", "interrupted");
     return;
   }
+  if (!job_.options.form_factor_file.empty())
+    job_.console.line("form factors", "read from {}", job_.options.form_factor_file.string());
   job_.console.line(
       "form factors", "stored {}, {}, {} entries are not zero; {}", name_of(facts.storage),
       bytes_text(static_cast<double>(facts.bytes)), facts.nonzeros,
@@ -362,12 +365,17 @@ void Telling::finish(const SolvedScene& solved) {
 }
 
 SolvedScene solve_stage(Job& job, const LoadedScene& loaded, const SceneSettings& settings,
-                        const std::function<void(Index iteration, const BandArray& radiosity)>& step) {
+                        const std::function<void(Index iteration, const BandArray& radiosity)>& step,
+                        Checkpoints* checkpoints) {
   warn_of_lights(job, loaded);
   require_emission(loaded.scene, job.options.scene);
   Telling telling(job, settings, loaded.setups);
   SolveOptions options = telling.options();
   options.step = step;
+  const std::filesystem::path& file = job.options.form_factor_file;
+  if (!file.empty())
+    options.form_factors = [&](const PatchMesh& mesh) { return read_form_factors(file, mesh); };
+  if (checkpoints != nullptr) checkpoints->connect(options);
   SolvedScene solved = solve_scene(loaded.scene, settings, options, loaded.setups);
   telling.finish(solved);
   job.stage.lap();  // what comes now is writing

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "options.hpp"
+#include "radiosity/io/checkpoints.hpp"
 #include "radiosity/io/read_scene.hpp"
 #include "radiosity/io/report.hpp"
 #include "radiosity/simulation/solve_scene.hpp"
@@ -72,7 +73,8 @@ class Telling {
 
 /// Scene → solution, told and reported.
 SolvedScene solve_stage(Job& job, const LoadedScene& loaded, const SceneSettings& settings,
-                        const std::function<void(Index iteration, const BandArray& radiosity)>& step = {});
+                        const std::function<void(Index iteration, const BandArray& radiosity)>& step = {},
+                        Checkpoints* checkpoints = nullptr);
 
 /// Files that this run writes. Those that were not there before are removed again unless all went well.
 class Outputs {

@@ -96,11 +96,11 @@ AssembledFormFactors assemble(const FormFactorMethod& method, const Visibility& 
   AssemblyReport report;
   require_memory(method, n, method.max_entries_per_row(), 0, options.memory_limit_bytes);
 
-  ComputedRows computed = compute_rows(method, areas, options.progress);
+  ComputedRows computed = compute_rows(method, areas, options);
   RowList& rows = computed.rows;
   report.completed = computed.completed;
-  report.rays = method.rays();
-  report.pairs = method.pairs();
+  report.rays = computed.rays;
+  report.pairs = computed.pairs;
 
   if (!method.reciprocal() && report.completed) {
     report.pair_rows = options.pair_rows;

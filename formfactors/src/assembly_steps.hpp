@@ -31,10 +31,13 @@ struct ComputedRows {
   RowList rows;
   std::optional<Eigen::ArrayXd> escaped;  ///< as the method saw it; absent where it cannot tell
   bool completed = true;                  ///< false: `progress` asked to stop, rows not reached are empty
+  std::uint64_t rays = 0;
+  PairCounts pairs = {};
 };
-/// F as the method gives it; of a reciprocal one half is computed. Throws InputError on what is not a share of light.
+/// F as the method gives it; of a reciprocal one half is computed. Throws InputError on what is not a share of light, or rows of an
+/// earlier run that are not of as many patches.
 ComputedRows compute_rows(const FormFactorMethod& method, const Eigen::ArrayXd& areas,
-                          const Progress& progress);
+                          const AssemblyOptions& options);
 
 // 2. replace_pairs.cpp
 

@@ -36,14 +36,62 @@ void mirror(RowList& upper, const Eigen::ArrayXd& areas) {
   });
 }
 
+PairCounts operator+(PairCounts a, const PairCounts& b) {
+  a.behind += b.behind;
+  a.hidden += b.hidden;
+  a.free += b.free;
+  a.partial += b.partial;
+  a.by_rays += b.by_rays;
+  return a;
+}
+
+void take(const PartialRows& partial, ComputedRows& out) {
+  const auto done = static_cast<std::size_t>(partial.done);
+  if (partial.done < 0 || done > out.rows.size() || partial.start.size() != done + 1 ||
+      partial.start.back() != partial.values.size() || partial.columns.size() != partial.values.size() ||
+      (!partial.escaped.empty() && partial.escaped.size() != done))
+    throw InputError(fmt::format("{} rows of an earlier run, of {} entries, do not fit {} patches",
+                                 partial.done, partial.values.size(), out.rows.size()));
+  for (std::size_t i = 0; i < done; ++i) {
+    Row& row = out.rows[i];
+    for (std::size_t k = partial.start[i]; k < partial.start[i + 1]; ++k)
+      row.push_back({partial.columns[k], partial.values[k]});
+    if (!partial.escaped.empty()) (*out.escaped)[static_cast<Eigen::Index>(i)] = partial.escaped[i];
+  }
+}
+
+PartialRows first_rows(const ComputedRows& computed, Index done, bool told) {
+  PartialRows out{.done = done, .start = {0}, .columns = {}, .values = {}, .escaped = {}};
+  for (Index i = 0; i < done; ++i) {
+    for (const Entry& e : computed.rows[static_cast<std::size_t>(i)]) {
+      out.columns.push_back(e.column);
+      out.values.push_back(e.value);
+    }
+    out.start.push_back(out.values.size());
+  }
+  if (told) out.escaped.assign(computed.escaped->begin(), computed.escaped->begin() + done);
+  out.rays = computed.rays;
+  out.pairs = computed.pairs;
+  return out;
+}
+
+// Between two calls of `save`. All threads wait for the last task before each.
+constexpr Index kRowsToSave = 64 * kRowsPerTask;
+
 }  // namespace
 
 ComputedRows compute_rows(const FormFactorMethod& method, const Eigen::ArrayXd& areas,
-                          const Progress& progress) {
+                          const AssemblyOptions& options) {
   const auto n = static_cast<Index>(areas.size());
   const bool upper = method.reciprocal();
   ComputedRows out{RowList(n), Eigen::ArrayXd::Zero(n)};
   std::atomic<bool> told = n > 0;
+  Index first_row = 0;
+  if (options.partial) {
+    take(*options.partial, out);
+    first_row = options.partial->done;
+    told = first_row == 0 || !options.partial->escaped.empty();
+  }
   const auto compute = [&](Index first, Index last) {
     method.rows(first, last, upper,
                 [&](Index i, std::span<const Index> columns, std::span<const double> values,
@@ -58,13 +106,23 @@ ComputedRows compute_rows(const FormFactorMethod& method, const Eigen::ArrayXd& 
                     told = false;
                 });
   };
-  const auto watch = [&](Index done) {
-    if (!progress) return true;
-    // With `upper`, the first rows hold the share 1 − (1 − done/n)² of the entries.
-    const double share = static_cast<double>(done) / n;
-    return progress(upper ? 1 - (1 - share) * (1 - share) : share);
-  };
-  out.completed = for_each_block(n, kRowsPerTask, compute, watch);
+  while (out.completed) {
+    const Index last = options.save ? std::min(n - first_row, kRowsToSave) + first_row : n;
+    const auto watch = [&](Index done) {
+      if (!options.progress) return true;
+      // With `upper`, the first rows hold the share 1 − (1 − done/n)² of the entries.
+      const double share = static_cast<double>(first_row + done) / n;
+      return options.progress(upper ? 1 - (1 - share) * (1 - share) : share);
+    };
+    out.completed = for_each_block(
+        last - first_row, kRowsPerTask,
+        [&](Index first, Index end) { compute(first_row + first, first_row + end); }, watch);
+    out.rays = method.rays() + (options.partial ? options.partial->rays : 0);
+    out.pairs = method.pairs() + (options.partial ? options.partial->pairs : PairCounts{});
+    first_row = last;
+    if (options.save && out.completed) options.save(last, [&] { return first_rows(out, last, told); });
+    if (last == n) break;
+  }
   if (!told) out.escaped.reset();
   if (upper) mirror(out.rows, areas);
   return out;

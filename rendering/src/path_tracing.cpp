@@ -102,6 +102,8 @@ class PathTracing final : public Pipeline {
  private:
   using Bands = Finish::Bands;
 
+  std::uint64_t rays() const override { return caster_.rays(); }
+
   void sample(const Pinhole& eye, const SampleGrid& grid, BandArray& values) const override {
     tbb::parallel_for(0, grid.rows(), [&](int row) {
       if (grid.stopped()) return;

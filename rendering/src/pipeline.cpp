@@ -120,6 +120,7 @@ LinearImage Pipeline::draw(const Camera& camera, const DrawOptions& options) con
       if (!options.refined(image)) return stopped();
     }
 
+  const std::uint64_t before = rays();
   const std::vector<Sample2> place = sample_places(options.samples);
   BandArray sum, squares;
   for (Index k = 0; k < options.samples; ++k) {
@@ -133,6 +134,7 @@ LinearImage Pipeline::draw(const Camera& camera, const DrawOptions& options) con
       if (options.standard_error) squares += values.square();
     }
     const double n = image.samples = k + 1;
+    image.rays = rays() - before;
     const bool last = image.samples == options.samples;
     if (!last && !options.refined && !options.stop) continue;
     image.radiosity = sum / n;

@@ -24,6 +24,7 @@ RayCaster::RayCaster(const PatchMesh& mesh)
 }
 
 std::optional<SurfaceHit> RayCaster::cast(const Vec3& origin, const Vec3& direction, Index from) const {
+  ++rays_.local();
   const Visibility::Hit hit = visibility_.first_hit(origin, direction, from);
   if (hit.patch < 0) return {};
   const PatchMesh& mesh = visibility_.mesh();

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <tbb/enumerable_thread_specific.h>
+
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -59,11 +61,17 @@ class RayCaster {
   /// That depends on the band.
   bool disperses(Index patch) const { return finish(patch).disperses && sheet_[patch] == 0; }
 
+  /// Cast so far. Not to be called while others cast.
+  std::uint64_t rays() const {
+    return rays_.combine([](std::uint64_t a, std::uint64_t b) { return a + b; });
+  }
+
  private:
   Visibility visibility_;
   double end_;                       // m
   std::vector<std::uint8_t> sheet_;  // per patch
   std::vector<Finish> finishes_;     // per material
+  mutable tbb::enumerable_thread_specific<std::uint64_t> rays_{0};
 };
 
 /// The direction of a mirror's ray: d − 2 (d·n) n.

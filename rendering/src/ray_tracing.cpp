@@ -71,6 +71,8 @@ class RayTracing final : public Pipeline {
     std::vector<Cluster> queue;           // the brightest on top
   };
 
+  std::uint64_t rays() const override { return caster_.rays(); }
+
   void sample(const Pinhole& eye, const SampleGrid& grid, BandArray& values) const override {
     tbb::parallel_for(0, grid.rows(), [&](int row) {
       if (grid.stopped()) return;

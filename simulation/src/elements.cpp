@@ -65,9 +65,13 @@ std::optional<Elements> gather_elements(const Visibility& visibility, const Solu
     on.push_back(patch[e]);
     sensors.push_back({fine.mesh.centroid(e), fine.mesh.normal(e)});
   }
-  const ProbeResult gathered =
-      probe(visibility, solution.radiosity, solution.vertex_radiosity, sensors,
-            {.samples = gather.samples, .seed = gather.seed, .patch = on, .progress = gather.progress});
+  const ProbeResult gathered = probe(visibility, solution.radiosity, solution.vertex_radiosity, sensors,
+                                     {.samples = gather.samples,
+                                      .seed = gather.seed,
+                                      .patch = on,
+                                      .progress = gather.progress,
+                                      .partial = gather.partial,
+                                      .save = gather.save});
   if (!gathered.completed) return std::nullopt;
 
   const BandArray reflectance = fine.mesh.reflectance();

@@ -39,6 +39,13 @@ void check(const PatchMesh& mesh, const BandArray& radiosity, const BandArray& v
   for (const Index patch : options.patch)
     if (patch < 0 || patch >= mesh.patch_count())
       throw InputError(fmt::format("a sensor lies on patch {} of {}", patch, mesh.patch_count()));
+  if (options.partial && (options.partial->irradiance.rows() > static_cast<Eigen::Index>(sensors.size()) ||
+                          options.partial->irradiance.cols() != radiosity.cols() ||
+                          options.partial->standard_error.rows() != options.partial->irradiance.rows() ||
+                          options.partial->standard_error.cols() != radiosity.cols()))
+    throw InputError(fmt::format("{} sensors of an earlier run in {} bands do not fit {} sensors in {} bands",
+                                 options.partial->irradiance.rows(), options.partial->irradiance.cols(),
+                                 sensors.size(), radiosity.cols()));
   constexpr Index kMost = 1 << 20;
   if (options.samples < 1 || options.samples > kMost)
     throw InputError(fmt::format("{} samples per sensor: not a number from 1 to {}", options.samples, kMost));
@@ -149,14 +156,29 @@ ProbeResult gather(const Visibility& visibility, const BandArray& radiosity,
     result.standard_error.row(s) = m.variance.sqrt();
   };
 
-  constexpr Index kBlock = 16;
+  constexpr Index kBlock = 16, kToSave = 1024 * kBlock;
+  Index begin = 0;
+  if (options.partial) {
+    begin = static_cast<Index>(options.partial->irradiance.rows());
+    result.irradiance.topRows(begin) = options.partial->irradiance;
+    result.standard_error.topRows(begin) = options.partial->standard_error;
+  }
   const auto measure_all = [&](Index first, Index last) {
     Memory& memory = memories.local();
-    for (Index s = first; s < last; ++s) measure(s, memory);
+    for (Index s = begin + first; s < begin + last; ++s) measure(s, memory);
   };
-  result.completed = for_each_block(count, kBlock, measure_all, [&](Index done) {
-    return !options.progress || options.progress(static_cast<double>(done) / count);
-  });
+  while (result.completed) {
+    const Index end = options.save ? std::min(count - begin, kToSave) + begin : count;
+    result.completed = for_each_block(end - begin, kBlock, measure_all, [&](Index done) {
+      return !options.progress || options.progress(static_cast<double>(begin + done) / count);
+    });
+    begin = end;
+    if (options.save && result.completed)
+      options.save(end, [&] {
+        return PartialProbe{result.irradiance.topRows(end), result.standard_error.topRows(end)};
+      });
+    if (end == count) break;
+  }
   return result;
 }
 
@@ -166,8 +188,22 @@ ProbeResult probe(const Visibility& visibility, const BandArray& radiosity, cons
                   std::span<const Sensor> sensors, const ProbeOptions& options) {
   check(visibility.mesh(), radiosity, vertex_radiosity, sensors, options);
   const Bands unit = light_unit(radiosity).transpose();
+  // States are in W/m². Powers of two change no bits.
+  ProbeOptions in_units = options;
+  if (options.partial)
+    in_units.partial = std::make_shared<const PartialProbe>(PartialProbe{
+        options.partial->irradiance.rowwise() / unit, options.partial->standard_error.rowwise() / unit});
+  if (options.save)
+    in_units.save = [&](Index done, const std::function<PartialProbe()>& state) {
+      options.save(done, [&] {
+        PartialProbe partial = state();
+        partial.irradiance.rowwise() *= unit;
+        partial.standard_error.rowwise() *= unit;
+        return partial;
+      });
+    };
   ProbeResult result =
-      gather(visibility, radiosity.rowwise() / unit, vertex_radiosity.rowwise() / unit, sensors, options);
+      gather(visibility, radiosity.rowwise() / unit, vertex_radiosity.rowwise() / unit, sensors, in_units);
   result.irradiance.rowwise() *= unit;
   result.standard_error.rowwise() *= unit;
   return result;

@@ -77,8 +77,15 @@ class Prepared {
   FormFactorMatrix form_factors() {
     watch_.lap();
     FormFactorFacts& facts = out_.form_factors;
-    AssembledFormFactors assembled =
-        assemble(*chosen_.method, *visibility_, assembly_options(task_, SolveStage::form_factors));
+    const SolveOptions& options = task_.options;
+    AssemblyOptions assembly_settings = assembly_options(task_, SolveStage::form_factors);
+    if (!options.accuracy) {
+      assembly_settings.partial = options.partial_rows;
+      assembly_settings.save = options.save_rows;
+    }
+    AssembledFormFactors assembled = options.form_factors
+                                         ? options.form_factors(out_.patches.mesh)
+                                         : assemble(*chosen_.method, *visibility_, assembly_settings);
     const FormFactorMatrix& matrix = assembled.matrix;
     facts.assembly = std::move(assembled.report);
     out_.seconds.form_factors = watch_.lap();
@@ -238,7 +245,7 @@ SolvedScene solve_once(const SceneToSolve& task, const SceneSettings& settings, 
 
   // Shooting reads a row at a time; but what tells the error needs all of them, as leaving them open on request does.
   const bool all_rows = info.gathers || !task.options.close || task.options.accuracy ||
-                        (task.options.estimate_error && prepared.fits_memory());
+                        task.options.form_factors || (task.options.estimate_error && prepared.fits_memory());
   std::unique_ptr<const FormFactorMatrix> matrix;
   std::unique_ptr<const RowsOnDemand> rows;
   if (all_rows) {
@@ -309,6 +316,10 @@ void add_elements(SolvedScene& solved, const SceneSettings& settings, double siz
   gather.samples = settings.element_samples.value_or(gather.samples);
   gather.seed = settings.seed.value_or(gather.seed);
   gather.progress = task.watch.of(SolveStage::elements);
+  if (!task.options.accuracy) {
+    gather.partial = task.options.partial_elements;
+    gather.save = task.options.save_elements;
+  }
   solved.elements = gather_elements(Visibility(solved.patches.mesh), solved.solution, gather);
   if (solved.elements && solved.error) {
     ErrorEstimate& error = *solved.error;
@@ -331,6 +342,8 @@ SolvedScene solve_scene(const Scene& scene, const SceneSettings& settings, const
   Watch watch(options);
   const Scene decided = with_decided_sides(scene);
   const SceneToSolve task{decided, options, setups, watch};
+  if (options.accuracy && (options.form_factors || options.partial_rows || options.partial_elements))
+    throw InputError("an accuracy chooses patches and form factors: those of an earlier run cannot be used");
   const auto* const size = settings.elements ? std::get_if<ElementSize>(&*settings.elements) : nullptr;
   if (size != nullptr && !(size->metres > 0))
     throw InputError(fmt::format("elements: size {} m is not positive", size->metres));

@@ -74,6 +74,31 @@ Outcome run_program(const fs::path& folder, const std::vector<std::string>& argu
   return run;
 }
 
+bool run_program_and_kill(const fs::path& folder, const std::vector<std::string>& arguments,
+                          unsigned milliseconds) {
+  std::vector<char*> argv;
+  std::string program = RADIOSITY_PROGRAM;
+  std::vector<std::string> copies = arguments;
+  argv.push_back(program.data());
+  for (std::string& argument : copies) argv.push_back(argument.data());
+  argv.push_back(nullptr);
+  const pid_t child = fork();
+  if (child < 0) throw std::runtime_error("fork");
+  if (child == 0) {
+    if (chdir(folder.c_str()) != 0) _exit(126);
+    execv(argv[0], argv.data());
+    _exit(127);
+  }
+  usleep(1000 * milliseconds);
+  int status = 0;
+  const bool ended = waitpid(child, &status, WNOHANG) == child;
+  if (!ended) {
+    kill(child, SIGKILL);
+    waitpid(child, &status, 0);
+  }
+  return ended;
+}
+
 ProgramTest::ProgramTest() {
   std::string name = (fs::temp_directory_path() / "radiosity-app-XXXXXX").string();
   if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("mkdtemp");

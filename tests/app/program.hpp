@@ -22,6 +22,10 @@ struct Outcome {
 Outcome run_program(const std::filesystem::path& folder, const std::vector<std::string>& arguments,
                     const std::string& interrupt_at = "");
 
+/// Runs the program and kills it, without a chance to clean up, after so many milliseconds. Whether it had ended by then.
+bool run_program_and_kill(const std::filesystem::path& folder, const std::vector<std::string>& arguments,
+                          unsigned milliseconds);
+
 /// A folder of its own for each test, with files in it, gone afterwards.
 class ProgramTest : public ::testing::Test {
  protected:

@@ -53,6 +53,43 @@ class Assembly : public testing::TestWithParam<const FormFactorMethodInfo*> {
 INSTANTIATE_TEST_SUITE_P(All, Assembly, testing::ValuesIn(pointers(form_factor_methods())),
                          test_name<FormFactorMethodInfo>);
 
+TEST_P(Assembly, GoesOnWithRowsOfAnEarlierRunToTheSameBits) {
+  const MethodSetup setup(room_with_floating_box(14, 3), info(),
+                          {.samples = info().name == "hemisphere" ? 64 : 1});
+  std::vector<PartialRows> states;
+  AssemblyOptions saving;
+  saving.save = [&](Index done, const std::function<PartialRows()>& state) {
+    states.push_back(state());
+    EXPECT_EQ(states.back().done, done);
+  };
+  const AssembledFormFactors whole = assemble(*setup.method, setup.visibility);
+  const auto same = [&](const AssembledFormFactors& other) {
+    EXPECT_EQ(other.matrix.arrays().start, whole.matrix.arrays().start);
+    EXPECT_EQ(other.matrix.arrays().columns, whole.matrix.arrays().columns);
+    EXPECT_EQ(other.matrix.arrays().values, whole.matrix.arrays().values);
+    EXPECT_EQ(other.matrix.arrays().diagonal, whole.matrix.arrays().diagonal);
+    EXPECT_EQ(other.matrix.arrays().escaped, whole.matrix.arrays().escaped);
+    EXPECT_EQ(other.report.rays, whole.report.rays);
+    EXPECT_EQ(other.report.pairs.free, whole.report.pairs.free);
+    EXPECT_EQ(other.report.pairs.partial, whole.report.pairs.partial);
+  };
+  const MethodSetup again(room_with_floating_box(14, 3), info(),
+                          {.samples = info().name == "hemisphere" ? 64 : 1});
+  same(assemble(*again.method, again.visibility, saving));
+  ASSERT_EQ(states.size(), 2U);  // after 1,024 rows, and after all 1,230
+  for (PartialRows& state : states) {
+    const MethodSetup resumed(room_with_floating_box(14, 3), info(),
+                              {.samples = info().name == "hemisphere" ? 64 : 1});
+    AssemblyOptions options;
+    options.partial = std::make_shared<const PartialRows>(state);
+    same(assemble(*resumed.method, resumed.visibility, options));
+  }
+  AssemblyOptions wrong;
+  states[0].start.pop_back();
+  wrong.partial = std::make_shared<const PartialRows>(states[0]);
+  EXPECT_THROW(assemble(*setup.method, setup.visibility, wrong), InputError);
+}
+
 TEST_P(Assembly, ClosesClosedScenesWithoutBreakingReciprocity) {
   const MeshBuilder ball = MeshBuilder().sphere(Vec3::Zero(), 1, 1, Facing::inward);
   for (const PatchMesh& mesh :

@@ -4,6 +4,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <filesystem>
 #include <numbers>
 #include <set>
 #include <utility>
@@ -11,7 +12,10 @@
 
 #include "io/files.hpp"
 #include "radiosity/formfactors/threads.hpp"
+#include "radiosity/io/read_scene.hpp"
+#include "radiosity/meshing/make_patches.hpp"
 #include "radiosity/rendering/light.hpp"
+#include "radiosity/rendering/render.hpp"
 #include "radiosity/rendering/tone_map.hpp"
 
 namespace radiosity::test {
@@ -62,6 +66,27 @@ TEST(Pipelines, AreFoundByTheirNames) {
   }
   EXPECT_THAT(message_of<InputError>([] { find_pipeline("z-buffer"); }),
               testing::HasSubstr("there are radiosity"));
+}
+
+TEST(Pipelines, DrawEverySceneOfTheRepository) {
+  for (const auto& entry : std::filesystem::directory_iterator(RADIOSITY_SOURCE_DIR "/scenes")) {
+    if (entry.path().extension() != ".toml") continue;
+    const std::string name = entry.path().stem();
+    const LoadedScene loaded = read_scene(entry.path());
+    const auto mesh = std::make_shared<const PatchMesh>(make_patches(loaded.scene, KeepFaces{}).mesh);
+    const Camera camera = loaded.settings.camera ? *loaded.settings.camera : automatic_camera(*mesh);
+    for (const PipelineInfo& info : pipelines()) {
+      const ViewScene scene{mesh, BandArray::Ones(mesh->vertex_count(), mesh->bands()),
+                            lights_of_emitters(*mesh), ambient_irradiance(*mesh)};
+      const LinearImage image = info.make(scene)->draw(camera, {.width = 40, .height = 30, .samples = 2});
+      EXPECT_TRUE(image.radiosity.isFinite().all()) << name << ", " << info.name;
+      EXPECT_GE(image.radiosity.minCoeff(), 0) << name << ", " << info.name;
+      // Much of each picture is lit: the camera looks at it. Two paths may find nothing.
+      EXPECT_GT((image.radiosity.rowwise().maxCoeff() > 0).count(), 300) << name << ", " << info.name;
+      const bool casts = info.solved || info.random || info.recursive;
+      EXPECT_EQ(image.rays >= 2 * 40 * 30, casts) << name << ", " << info.name;
+    }
+  }
 }
 
 TEST(Pipelines, GiveTheSameBitsOnAnyNumberOfThreadsAndWithCoarseImagesFirst) {

@@ -54,6 +54,30 @@ struct LitBox {
   BandArray radiosity;
 };
 
+TEST(Probe, GoesOnWithSensorsOfAnEarlierRunToTheSameBits) {
+  const LitBox box;
+  const std::vector<Sensor> sensors = LitBox::sensors();
+  ProbeOptions options = with_samples(128);
+  const ProbeResult whole = measure(box.patches.mesh, box.radiosity, sensors, options);
+  PartialProbe state;
+  options.save = [&](Index done, const std::function<PartialProbe()>& copy) {
+    EXPECT_EQ(done, 8);
+    state = copy();
+  };
+  measure(box.patches.mesh, box.radiosity, sensors, options);
+  options.save = {};
+  for (const Index done : {3, 8}) {
+    options.partial = std::make_shared<const PartialProbe>(
+        PartialProbe{state.irradiance.topRows(done), state.standard_error.topRows(done)});
+    const ProbeResult resumed = measure(box.patches.mesh, box.radiosity, sensors, options);
+    EXPECT_TRUE((resumed.irradiance == whole.irradiance).all());
+    EXPECT_TRUE((resumed.standard_error == whole.standard_error).all());
+  }
+  options.partial =
+      std::make_shared<const PartialProbe>(PartialProbe{BandArray::Zero(9, 3), BandArray::Zero(9, 3)});
+  EXPECT_THROW(measure(box.patches.mesh, box.radiosity, sensors, options), InputError);
+}
+
 // B = 2 everywhere: H = 2 wherever the sensor stands and whatever emits.
 TEST(Probe, InAFurnaceIsExact) {
   const std::vector<Sensor> sensors = {{{0.2, 0.3, 0.1}, {1, 2, 3}},  {{0.7, 0.2, 0}, kUp},

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -15,6 +16,17 @@ namespace radiosity {
 /// Factors of the patches whose rows and columns were computed pair by pair. Opaque; they depend on the mesh and not on samples.
 struct PairRows;
 
+/// The first rows of F as a method gave them, before anything is restored.
+struct PartialRows {
+  Index done = 0;                  ///< rows
+  std::vector<std::size_t> start;  ///< done + 1 offsets into columns and values
+  std::vector<Index> columns;
+  std::vector<float> values;
+  std::vector<double> escaped;  ///< as the method saw it; empty where it cannot tell
+  std::uint64_t rays = 0;
+  PairCounts pairs = {};
+};
+
 struct AssemblyOptions {
   bool close = true;  ///< restore reciprocity and closure of methods that are not exact
   std::size_t memory_limit_bytes =
@@ -22,6 +34,11 @@ struct AssemblyOptions {
   Progress progress = {};
   /// Of an earlier assembly of the same mesh by the same method: its pairs are taken as they are, and no others are computed.
   std::shared_ptr<const PairRows> pair_rows = {};
+  /// Of an earlier assembly that was ended: its rows are taken as they are, and the bits are those of one that was not.
+  std::shared_ptr<const PartialRows> partial = {};
+  /// Called on the calling thread each time that some hundred rows more are done, and with the last one: `state` makes a copy of them
+  /// all. What it throws ends the assembly.
+  std::function<void(Index done, const std::function<PartialRows()>& state)> save = {};
 };
 
 /// Errors that F itself shows. They prove nothing about single entries: a hemicube's rows close to 1e-8 while

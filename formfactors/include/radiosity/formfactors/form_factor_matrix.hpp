@@ -34,6 +34,7 @@ class FormFactorMatrix final : public FormFactorRows {
   bool stored() const override { return true; }
   Eigen::ArrayXd escaped() const override;
 
+  const Rows& arrays() const { return rows_; }
   bool sparse() const { return !rows_.start.empty(); }
   /// Entries that are not zero.
   std::size_t nonzeros() const;

@@ -20,9 +20,10 @@ struct LinearImage {
   int width = 0, height = 0;
   BandArray radiosity = {};  ///< pixels, row by row from the top, × bands
   std::optional<BandArray> standard_error =
-      {};                 ///< of the mean of the samples, the same shape, where it was asked for
-  Index samples = 0;      ///< per pixel; 0: not every pixel was looked at, pixels stand for their neighbours
-  bool completed = true;  ///< false: `refined` or `stop` asked to stop
+      {};                  ///< of the mean of the samples, the same shape, where it was asked for
+  std::uint64_t rays = 0;  ///< that were cast for it; 0 of pipelines that cast none
+  Index samples = 0;       ///< per pixel; 0: not every pixel was looked at, pixels stand for their neighbours
+  bool completed = true;   ///< false: `refined` or `stop` asked to stop
 };
 
 struct DrawOptions {
@@ -86,6 +87,8 @@ class Pipeline {
   /// π L in W/m² that arrives at `eye` through each point of the grid; the void is 0. values: points × bands, 0 when it is called. The
   /// answer depends neither on the number of threads nor on other calls.
   virtual void sample(const Pinhole& eye, const SampleGrid& grid, BandArray& values) const = 0;
+  /// Cast so far.
+  virtual std::uint64_t rays() const { return 0; }
 
  private:
   ViewScene scene_;

@@ -2,11 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "radiosity/formfactors/visibility.hpp"
 #include "radiosity/meshing/progress.hpp"
+#include "radiosity/simulation/probe.hpp"
 #include "radiosity/solver/solution.hpp"
 
 namespace radiosity {
@@ -16,6 +19,8 @@ struct ElementGather {
   Index samples = 128;     ///< rays per element, rounded up to 32 k²
   std::uint64_t seed = 1;  ///< of the random numbers, one stream per element
   Progress progress = {};
+  std::shared_ptr<const PartialProbe> partial = {};  ///< see ProbeOptions
+  std::function<void(Index done, const std::function<PartialProbe()>& state)> save = {};
 };
 
 /// Light on pieces of the patches: few patches carry the light that is exchanged, many elements show where it falls.

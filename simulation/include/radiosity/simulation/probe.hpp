@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <span>
 
 #include "radiosity/formfactors/visibility.hpp"
@@ -16,12 +18,21 @@ struct Sensor {
   Vec3 normal;    ///< any length but 0
 };
 
+/// The first sensors.
+struct PartialProbe {
+  BandArray irradiance, standard_error;  ///< done × bands, W/m²
+};
+
 struct ProbeOptions {
   Index samples = 1152;    ///< rays per sensor, rounded up to 32 k²
   std::uint64_t seed = 1;  ///< of the random numbers, one stream per sensor
   std::span<const Index> patch =
       {};  ///< of each sensor, the one that it lies on; empty where that is not known, which costs more
   Progress progress = {};
+  /// Of an earlier call of the same that was ended: so many sensors are taken as they are.
+  std::shared_ptr<const PartialProbe> partial = {};
+  /// Called on the calling thread each time that some hundred sensors more are done, and with the last one; `state` copies them.
+  std::function<void(Index done, const std::function<PartialProbe()>& state)> save = {};
 };
 
 struct ProbeResult {

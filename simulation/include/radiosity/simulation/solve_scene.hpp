@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -19,6 +20,7 @@
 #include "radiosity/simulation/choose_method.hpp"
 #include "radiosity/simulation/elements.hpp"
 #include "radiosity/simulation/error_estimate.hpp"
+#include "radiosity/simulation/probe.hpp"
 #include "radiosity/solver/solution.hpp"
 
 namespace radiosity {
@@ -42,6 +44,15 @@ struct SolveOptions {
   std::function<bool(SolveStage, double fraction)> progress = {};
   /// A stage has ended; of the scene, what it and those before it found is filled in. Not called of the rounds of an accuracy.
   std::function<void(SolveStage, const SolvedScene&)> ended = {};
+  /// F, and what was found of it, where it is not to be computed: for the patches that it is called with. Method and settings are then
+  /// those that made it. Not of an accuracy.
+  std::function<AssembledFormFactors(const PatchMesh&)> form_factors = {};
+  /// State of an earlier run of the same that did not come to its end, and where this one's goes: see AssemblyOptions and ProbeOptions.
+  /// The bits are those of a run that was not ended. The solve itself, and the error estimate, begin anew. Not of an accuracy.
+  std::shared_ptr<const PartialRows> partial_rows = {};
+  std::shared_ptr<const PartialProbe> partial_elements = {};
+  std::function<void(Index done, const std::function<PartialRows()>& state)> save_rows = {};
+  std::function<void(Index done, const std::function<PartialProbe()>& state)> save_elements = {};
   /// SolverOptions::step. Not called of the rounds of an accuracy.
   std::function<void(Index iteration, const BandArray& radiosity)> step = {};
   /// Of an accuracy: a round has ended; the next one is about to begin.

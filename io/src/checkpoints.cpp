@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "radiosity/io/checkpoints.hpp"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <system_error>
+
+#include "hdf5_support.hpp"
+#include "radiosity/meshing/error.hpp"
+#include "radiosity/simulation/stopwatch.hpp"
+
+namespace radiosity {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kFormat = "radiosity checkpoint 1";
+constexpr const char* kHolds = "the state of a solve";
+
+fs::path beside(const fs::path& result, const char* ending) {
+  return result.parent_path() / (result.stem().string() + ending);
+}
+
+void write_band_array(H5::H5File& out, const char* name, const BandArray& values) {
+  write_array(out, name, std::vector<double>(values.data(), values.data() + values.size()),
+              {static_cast<hsize_t>(values.rows()), static_cast<hsize_t>(values.cols())});
+}
+
+BandArray read_band_array(const H5::H5File& in, const char* name, Eigen::Index bands) {
+  const std::vector<double> values = read_array<double>(in, name);
+  if (bands < 1 || static_cast<Eigen::Index>(values.size()) % bands != 0)
+    throw InputError(fmt::format("'{}' has {} values in {} bands", name, values.size(), bands));
+  return Eigen::Map<const BandArray>(values.data(), static_cast<Eigen::Index>(values.size()) / bands, bands);
+}
+
+/// What is hashed: FNV-1a, eight bytes at a time.
+class Digest {
+ public:
+  void add(std::uint64_t word) {
+    state_ = (state_ ^ word) * 0x100000001B3;
+    state_ ^= state_ >> 29;
+  }
+  void add(double value) { add(std::bit_cast<std::uint64_t>(value + 0.0)); }
+  void add(Index value) { add(static_cast<std::uint64_t>(value)); }
+  void add(const BandValues& values) {
+    add(static_cast<std::uint64_t>(values.size()));
+    for (const double value : values) add(value);
+  }
+  void add(const std::string& text) {
+    add(static_cast<std::uint64_t>(text.size()));
+    for (const char c : text) add(static_cast<std::uint64_t>(static_cast<unsigned char>(c)));
+  }
+  template <class T>
+  void add_optional(const std::optional<T>& value) {
+    add(static_cast<std::uint64_t>(value.has_value()));
+    if (!value) return;
+    if constexpr (std::is_same_v<T, bool>)
+      add(static_cast<std::uint64_t>(*value));
+    else
+      add(*value);
+  }
+  std::uint64_t value() const { return state_; }
+
+ private:
+  std::uint64_t state_ = 0xCBF29CE484222325;
+};
+
+}  // namespace
+
+std::uint64_t digest(const LoadedScene& loaded, const SceneSettings& settings, bool close) {
+  Digest all;
+  const Scene& scene = loaded.scene;
+  for (const Vec3& x : scene.vertices())
+    for (const double c : x) all.add(c);
+  for (Index f = 0; f < scene.face_count(); ++f) {
+    for (const Index v : scene.corners(f)) all.add(v);
+    all.add(scene.material(f));
+    all.add(static_cast<std::uint64_t>(scene.two_sided(f)));
+  }
+  for (const Material& material : scene.materials()) {
+    all.add(material.name);
+    all.add(material.reflectance);
+    all.add(material.emission);
+    all.add(material.absorptance);
+    all.add(static_cast<std::uint64_t>(material.emits_power));
+    all.add(static_cast<std::uint64_t>(material.sides));
+  }
+  for (const LightingSetup& setup : loaded.setups)
+    for (const double factor : setup.factors) all.add(factor);
+  const PatchOptions patches = settings.patches.value_or(PatchOptions{});
+  all.add(static_cast<std::uint64_t>(patches.index()));
+  if (const auto* size = std::get_if<PatchSize>(&patches)) all.add(size->metres);
+  const ElementOptions elements = settings.elements.value_or(ElementOptions{});
+  all.add(static_cast<std::uint64_t>(elements.index()));
+  if (const auto* size = std::get_if<ElementSize>(&elements)) all.add(size->metres);
+  all.add_optional(settings.element_samples);
+  all.add_optional(settings.method);
+  all.add_optional(settings.samples);
+  all.add_optional(settings.resolution);
+  all.add_optional(settings.seed);
+  all.add_optional(settings.solver);
+  all.add_optional(settings.tolerance);
+  all.add_optional(settings.max_iterations);
+  all.add_optional(settings.relaxation);
+  all.add_optional(settings.ambient);
+  all.add(static_cast<std::uint64_t>(close));
+  return all.value();
+}
+
+/// Tells when it is time to save.
+class Checkpoints::Clock {
+ public:
+  explicit Clock(double seconds) : seconds_(seconds) {}
+  bool due() {
+    if (watch_.elapsed() < seconds_) return false;
+    watch_.lap();
+    return true;
+  }
+
+ private:
+  double seconds_;
+  Stopwatch watch_;
+};
+
+Checkpoints::Checkpoints(const fs::path& result, std::uint64_t work, const std::string& version,
+                         double seconds)
+    : rows_file_(beside(result, ".checkpoint.h5")),
+      elements_file_(beside(result, ".checkpoint-elements.h5")),
+      work_(work),
+      version_(version),
+      seconds_(seconds) {}
+
+bool Checkpoints::found() const {
+  std::error_code none;
+  return fs::exists(rows_file_, none) || fs::exists(elements_file_, none);
+}
+
+void Checkpoints::resume() {
+  const auto require_same_work = [&](const fs::path& file, const Attributes& attributes) {
+    if (attributes.text("version") != version_ || attributes.number<std::uint64_t>("work") != work_)
+      throw InputError(fmt::format(
+          "{}: is of other work than this: the scene, the settings or the program have changed since; "
+          "remove it, or run without --resume",
+          file.string()));
+  };
+  std::error_code none;
+  if (fs::exists(rows_file_, none))
+    rows_ = read_hdf5(rows_file_, kFormat, kHolds, [&](H5::H5File& in, const Attributes& attributes) {
+      require_same_work(rows_file_, attributes);
+      auto rows = std::make_shared<PartialRows>();
+      rows->done = attributes.number<std::int32_t>("done");
+      rows->rays = attributes.number<std::uint64_t>("rays");
+      rows->pairs = {
+          attributes.number<std::uint64_t>("pairs_behind"), attributes.number<std::uint64_t>("pairs_hidden"),
+          attributes.number<std::uint64_t>("pairs_free"), attributes.number<std::uint64_t>("pairs_partial"),
+          attributes.number<std::uint64_t>("pairs_by_rays")};
+      rows->start = read_array<std::size_t>(in, "start");
+      rows->columns = read_array<Index>(in, "columns");
+      rows->values = read_array<float>(in, "values");
+      if (in.nameExists("escaped")) rows->escaped = read_array<double>(in, "escaped");
+      return std::shared_ptr<const PartialRows>(std::move(rows));
+    });
+  if (fs::exists(elements_file_, none))
+    elements_ = read_hdf5(elements_file_, kFormat, kHolds, [&](H5::H5File& in, const Attributes& attributes) {
+      require_same_work(elements_file_, attributes);
+      const Eigen::Index bands = attributes.number<std::int32_t>("bands");
+      return std::make_shared<const PartialProbe>(PartialProbe{read_band_array(in, "irradiance", bands),
+                                                               read_band_array(in, "standard_error", bands)});
+    });
+}
+
+void Checkpoints::connect(SolveOptions& options) {
+  const auto begin = [this](Attributes& attributes) {
+    attributes.write("version", version_);
+    attributes.write_number("work", work_);
+  };
+  options.partial_rows = rows_;
+  options.partial_elements = elements_;
+  options.save_rows = [this, begin, clock = Clock(seconds_)](
+                          Index, const std::function<PartialRows()>& state) mutable {
+    if (!clock.due()) return;
+    const PartialRows rows = state();
+    write_hdf5(rows_file_, kFormat, [&](H5::H5File& out, Attributes& attributes) {
+      begin(attributes);
+      attributes.write_number("done", rows.done);
+      attributes.write_number("rays", rows.rays);
+      attributes.write_number("pairs_behind", rows.pairs.behind);
+      attributes.write_number("pairs_hidden", rows.pairs.hidden);
+      attributes.write_number("pairs_free", rows.pairs.free);
+      attributes.write_number("pairs_partial", rows.pairs.partial);
+      attributes.write_number("pairs_by_rays", rows.pairs.by_rays);
+      write_array(out, "start", rows.start);
+      write_array(out, "columns", rows.columns);
+      write_array(out, "values", rows.values);
+      if (!rows.escaped.empty()) write_array(out, "escaped", rows.escaped);
+    });
+  };
+  options.save_elements = [this, begin, clock = Clock(seconds_)](
+                              Index, const std::function<PartialProbe()>& state) mutable {
+    if (!clock.due()) return;
+    const PartialProbe elements = state();
+    write_hdf5(elements_file_, kFormat, [&](H5::H5File& out, Attributes& attributes) {
+      begin(attributes);
+      attributes.write_number("bands", static_cast<std::int32_t>(elements.irradiance.cols()));
+      write_band_array(out, "irradiance", elements.irradiance);
+      write_band_array(out, "standard_error", elements.standard_error);
+    });
+  };
+}
+
+void Checkpoints::remove() const {
+  std::error_code ignored;
+  fs::remove(rows_file_, ignored);
+  fs::remove(elements_file_, ignored);
+}
+
+}  // namespace radiosity

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "radiosity/io/form_factor_file.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <bit>
+#include <functional>
+#include <sstream>
+#include <type_traits>
+#include <vector>
+
+#include "hdf5_support.hpp"
+#include "radiosity/meshing/error.hpp"
+
+namespace radiosity {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kFormat = "radiosity form factors 1";
+constexpr const char* kHolds = "form factors, as radiosity factors writes them";
+
+/// The report as numbers with names, both ways: visit(name, number).
+template <class Report, class Visit>
+void for_each_number(Report& report, Visit&& visit) {
+  visit("closed_scene", report.closed_scene);
+  visit("closed_rows", report.closed_rows);
+  for (const bool after : {false, true}) {
+    auto& quality = after ? report.after : report.before;
+    const std::string prefix = after ? "after_" : "before_";
+    visit((prefix + "closure_error_max").c_str(), quality.closure_error_max);
+    visit((prefix + "closure_error_mean").c_str(), quality.closure_error_mean);
+    visit((prefix + "reciprocity_error_max").c_str(), quality.reciprocity_error_max);
+    visit((prefix + "reciprocity_error_mean").c_str(), quality.reciprocity_error_mean);
+  }
+  visit("escaped_mean", report.escaped_mean);
+  visit("lamps", report.lamps);
+  visit("pairwise", report.pairwise);
+  visit("isolated_patches", report.isolated_patches);
+  visit("unreliable", report.unreliable);
+  visit("rays", report.rays);
+  visit("pairs_behind", report.pairs.behind);
+  visit("pairs_hidden", report.pairs.hidden);
+  visit("pairs_free", report.pairs.free);
+  visit("pairs_partial", report.pairs.partial);
+  visit("pairs_by_rays", report.pairs.by_rays);
+}
+
+template <class T>
+using Stored = std::conditional_t<std::is_same_v<T, bool>, std::int32_t, T>;
+
+FormFactorFileFacts facts_of(const Attributes& attributes) {
+  return {attributes.text("method"),
+          {.samples = attributes.number<std::int32_t>("samples"),
+           .resolution = attributes.number<std::int32_t>("resolution"),
+           .seed = attributes.number<std::uint64_t>("seed")},
+          attributes.number<std::int32_t>("patches")};
+}
+
+}  // namespace
+
+std::uint64_t digest(const PatchMesh& mesh) {
+  std::uint64_t state = 0xCBF29CE484222325;  // FNV-1a, eight bytes at a time
+  const auto add = [&](std::uint64_t word) {
+    state = (state ^ word) * 0x100000001B3;
+    state ^= state >> 29;
+  };
+  for (Index i = 0; i < mesh.patch_count(); ++i) {
+    add(mesh.corners(i).size());
+    for (const Index v : mesh.corners(i))
+      for (const double x : mesh.vertex(v)) add(std::bit_cast<std::uint64_t>(x + 0.0));  // −0 is 0
+  }
+  return state;
+}
+
+void write_form_factors(const fs::path& file, const FormFactorMatrix& form_factors, const PatchMesh& mesh,
+                        const FormFactorFacts& facts, const std::string& version,
+                        const std::string& command) {
+  const FormFactorMatrix::Rows& rows = form_factors.arrays();
+  write_hdf5(file, kFormat, [&](H5::H5File& out, Attributes& attributes) {
+    attributes.write("version", version);
+    attributes.write("command", command);
+    attributes.write("method", facts.method);
+    attributes.write_number("samples", facts.options.samples);
+    attributes.write_number("resolution", facts.options.resolution);
+    attributes.write_number("seed", facts.options.seed);
+    attributes.write_number("patches", rows.n);
+    attributes.write_number("mesh_digest", digest(mesh));
+    for_each_number(facts.assembly, [&](const char* name, const auto& value) {
+      attributes.write_number(name, static_cast<Stored<std::decay_t<decltype(value)>>>(value));
+    });
+    attributes.write("warnings", fmt::format("{}", fmt::join(facts.assembly.warnings, "\n")));
+    if (form_factors.sparse()) {
+      write_array(out, "start", rows.start);
+      write_array(out, "columns", rows.columns);
+      write_array(out, "values", rows.values);
+    } else {
+      const auto n = static_cast<hsize_t>(rows.n);
+      write_array(out, "values", rows.values, {n, n});
+    }
+    if (!rows.diagonal.empty()) write_array(out, "diagonal", rows.diagonal);
+    write_array(out, "escaped", rows.escaped);
+    write_array(out, "area", std::vector<double>(mesh.areas().begin(), mesh.areas().end()));
+  });
+}
+
+FormFactorFileFacts read_form_factor_facts(const fs::path& file) {
+  return read_hdf5(file, kFormat, kHolds,
+                   [](H5::H5File&, const Attributes& attributes) { return facts_of(attributes); });
+}
+
+AssembledFormFactors read_form_factors(const fs::path& file, const PatchMesh& mesh) {
+  AssemblyReport report;
+  FormFactorMatrix::Rows rows =
+      read_hdf5(file, kFormat, kHolds, [&](H5::H5File& in, const Attributes& attributes) {
+        const Index patches = facts_of(attributes).patches;
+        if (patches != mesh.patch_count() || attributes.number<std::uint64_t>("mesh_digest") != digest(mesh))
+          throw InputError(fmt::format(
+              "{}: its form factors are of other patches ({}) than these ({}): it takes the same mesh and "
+              "--patch-size; it was made by '{}'",
+              file.string(), patches, mesh.patch_count(), attributes.text("command")));
+        for_each_number(report, [&](const char* name, auto& value) {
+          using T = std::decay_t<decltype(value)>;
+          value = static_cast<T>(attributes.number<Stored<T>>(name));
+        });
+        if (const std::string warnings = attributes.text("warnings"); !warnings.empty()) {
+          std::istringstream lines(warnings);
+          for (std::string line; std::getline(lines, line);) report.warnings.push_back(line);
+        }
+        FormFactorMatrix::Rows out;
+        out.n = patches;
+        if (in.nameExists("start")) {
+          out.start = read_array<std::size_t>(in, "start");
+          out.columns = read_array<Index>(in, "columns");
+        }
+        out.values = read_array<float>(in, "values");
+        if (in.nameExists("diagonal")) out.diagonal = read_array<double>(in, "diagonal");
+        out.escaped = read_array<double>(in, "escaped");
+        return out;
+      });
+  try {
+    return {FormFactorMatrix(std::move(rows)), std::move(report)};
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", file.string(), error.what()));
+  }
+}
+
+}  // namespace radiosity

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "app/program.hpp"
+#include "radiosity/io/solution_file.hpp"
+
+namespace radiosity::testing {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class EarlierWork : public ProgramTest {
+ protected:
+  void expect_same(const std::string& a, const std::string& b) const {
+    for (const char* array : {"irradiance", "radiosity_error"}) {
+      const SolvedMesh one = read_solution(folder() / a, array), other = read_solution(folder() / b, array);
+      EXPECT_TRUE((one.patch_radiosity == other.patch_radiosity).all());
+      EXPECT_TRUE((one.vertex_radiosity == other.vertex_radiosity).all());
+      EXPECT_TRUE((one.array->values == other.array->values).all()) << array;
+    }
+  }
+};
+
+TEST_F(EarlierWork, SolvesWithFormFactorsOfAFileAsWithThoseThatItComputes) {
+  write_cube();
+  const std::vector<std::string> patches{"--patch-size", "0.2"};
+  const auto with = [&](std::vector<std::string> arguments, const std::vector<std::string>& more) {
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run(arguments);
+  };
+  const std::vector<std::string> method{"--method", "hemisphere", "--samples", "64", "--patch-size", "0.2"};
+  ASSERT_EQ(with({"solve", "cube.toml", "-o", "a.vtp"}, method).status, 0);
+  const Outcome made = with({"factors", "cube.toml", "-o", "F.h5"}, method);
+  EXPECT_EQ(made.status, 0) << made.err;
+  const Outcome solved = with({"solve", "cube.toml", "-o", "b.vtp", "--form-factors", "F.h5"}, patches);
+  EXPECT_EQ(solved.status, 0) << solved.err;
+  EXPECT_THAT(solved.out, HasSubstr("read from F.h5"));
+  expect_same("a.vtp", "b.vtp");
+
+  expect_one_error(
+      run({"solve", "cube.toml", "-o", "c.vtp", "--form-factors", "F.h5", "--patch-size", "0.3"}), 1,
+      "F.h5: its form factors are of other patches (150) than these (96)");
+  expect_one_error(run({"solve", "cube.toml", "-o", "c.vtp", "--form-factors", "cube.obj"}), 1,
+                   "cube.obj: does not hold form factors");
+  expect_one_error(run({"solve", "cube.toml", "-o", "c.vtp", "--form-factors", "none.h5"}), 1, "none.h5");
+  expect_one_error(run({"solve", "cube.toml", "-o", "c.vtp", "--form-factors", "F.h5", "--samples", "9"}), 2,
+                   "--form-factors");
+  expect_one_error(run({"factors", "cube.toml", "-o", "F.csv"}), 1, ".mtx or .h5");
+}
+
+// However often and wherever it is killed. When it is does not matter to what is asserted.
+TEST_F(EarlierWork, GoesOnAfterItWasKilledToTheSameBits) {
+  write_cube();
+  std::vector<std::string> arguments{
+      "solve",      "cube.toml", "-o",  "a.vtp",          "--quiet", "--patch-size",      "0.03", "--method",
+      "hemisphere", "--samples", "256", "--element-size", "0.012",   "--element-samples", "32"};
+  ASSERT_EQ(run(arguments).status, 0);
+  arguments[3] = "b.vtp";
+  for (const char* more : {"--checkpoint", "0.01", "--resume"}) arguments.emplace_back(more);
+  std::mt19937 random(static_cast<unsigned>(std::random_device()()));
+  bool ended = false;
+  for (int k = 0; k < 5 && !ended; ++k) {
+    const auto milliseconds = static_cast<unsigned>(100 + random() % 900);
+    ended = run_program_and_kill(folder(), arguments, milliseconds);
+    RecordProperty("killed_after_ms_" + std::to_string(k), static_cast<int>(milliseconds));
+  }
+  if (!ended) {
+    const Outcome last = run(arguments);
+    EXPECT_EQ(last.status, 0) << last.err;
+  }
+  expect_same("a.vtp", "b.vtp");
+  // What is left of killed runs are at most hidden temporaries.
+  for (const std::string& file : files()) EXPECT_THAT(file, Not(::testing::StartsWith("b.checkpoint")));
+}
+
+TEST_F(EarlierWork, IsNotTakenForOtherWork) {
+  write_cube();
+  const std::vector<std::string> solve{
+      "solve",    "cube.toml",  "-o",        "b.vtp", "--patch-size",        "0.02",
+      "--method", "hemisphere", "--samples", "1024",  "--no-error-estimate", "--checkpoint",
+      "0.01"};
+  // It is interrupted, too late on a fast machine.
+  const Outcome interrupted = run(solve, "method");
+  if (files().count("b.checkpoint.h5") == 0) GTEST_SKIP() << "it was done before it was interrupted";
+  EXPECT_EQ(interrupted.status, 3);
+  std::vector<std::string> other = solve;
+  other.emplace_back("--resume");
+  other[9] = "512";
+  expect_one_error(run(other), 1, "b.checkpoint.h5: is of other work than this");
+  expect_one_error(run({"solve", "cube.toml", "-o", "b.vtp", "--resume", "--accuracy", "1"}), 2,
+                   "--accuracy");
+}
+
+}  // namespace
+}  // namespace radiosity::testing
