@@ -44,7 +44,9 @@ BenchScene from_file(const std::string& name, const std::filesystem::path& file,
   const Camera camera = loaded.settings.camera
                             ? *loaded.settings.camera
                             : automatic_camera(make_patches(loaded.scene, KeepFaces{}).mesh);
-  return {name, std::move(loaded.scene), std::move(loaded.lights), camera, patch_size};
+  // As a solve does: solution and lights have the same bands.
+  Scene scene = loaded.lights.empty() ? merge_equal_bands(loaded.scene) : std::move(loaded.scene);
+  return {name, std::move(scene), std::move(loaded.lights), camera, patch_size};
 }
 
 BenchScene office() {
