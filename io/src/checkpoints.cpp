@@ -3,9 +3,9 @@
 
 #include <fmt/format.h>
 
-#include <bit>
 #include <system_error>
 
+#include "digest.hpp"
 #include "hdf5_support.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/simulation/stopwatch.hpp"
@@ -33,38 +33,6 @@ BandArray read_band_array(const H5::H5File& in, const char* name, Eigen::Index b
     throw InputError(fmt::format("'{}' has {} values in {} bands", name, values.size(), bands));
   return Eigen::Map<const BandArray>(values.data(), static_cast<Eigen::Index>(values.size()) / bands, bands);
 }
-
-/// What is hashed: FNV-1a, eight bytes at a time.
-class Digest {
- public:
-  void add(std::uint64_t word) {
-    state_ = (state_ ^ word) * 0x100000001B3;
-    state_ ^= state_ >> 29;
-  }
-  void add(double value) { add(std::bit_cast<std::uint64_t>(value + 0.0)); }
-  void add(Index value) { add(static_cast<std::uint64_t>(value)); }
-  void add(const BandValues& values) {
-    add(static_cast<std::uint64_t>(values.size()));
-    for (const double value : values) add(value);
-  }
-  void add(const std::string& text) {
-    add(static_cast<std::uint64_t>(text.size()));
-    for (const char c : text) add(static_cast<std::uint64_t>(static_cast<unsigned char>(c)));
-  }
-  template <class T>
-  void add_optional(const std::optional<T>& value) {
-    add(static_cast<std::uint64_t>(value.has_value()));
-    if (!value) return;
-    if constexpr (std::is_same_v<T, bool>)
-      add(static_cast<std::uint64_t>(*value));
-    else
-      add(*value);
-  }
-  std::uint64_t value() const { return state_; }
-
- private:
-  std::uint64_t state_ = 0xCBF29CE484222325;
-};
 
 }  // namespace
 

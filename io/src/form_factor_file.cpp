@@ -4,12 +4,12 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <bit>
 #include <functional>
 #include <sstream>
 #include <type_traits>
 #include <vector>
 
+#include "digest.hpp"
 #include "hdf5_support.hpp"
 #include "radiosity/meshing/error.hpp"
 
@@ -61,17 +61,13 @@ FormFactorFileFacts facts_of(const Attributes& attributes) {
 }  // namespace
 
 std::uint64_t digest(const PatchMesh& mesh) {
-  std::uint64_t state = 0xCBF29CE484222325;  // FNV-1a, eight bytes at a time
-  const auto add = [&](std::uint64_t word) {
-    state = (state ^ word) * 0x100000001B3;
-    state ^= state >> 29;
-  };
+  Digest all;
   for (Index i = 0; i < mesh.patch_count(); ++i) {
-    add(mesh.corners(i).size());
+    all.add(static_cast<std::uint64_t>(mesh.corners(i).size()));
     for (const Index v : mesh.corners(i))
-      for (const double x : mesh.vertex(v)) add(std::bit_cast<std::uint64_t>(x + 0.0));  // −0 is 0
+      for (const double x : mesh.vertex(v)) all.add(x);
   }
-  return state;
+  return all.value();
 }
 
 void write_form_factors(const fs::path& file, const FormFactorMatrix& form_factors, const PatchMesh& mesh,
