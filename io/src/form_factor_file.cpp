@@ -18,8 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kFormat = "radiosity form factors 1";
-constexpr const char* kHolds = "form factors, as radiosity factors writes them";
+constexpr const char* kRowsFormat = "radiosity form factors 1";
+constexpr const char* kRowsHold = "form factors, as radiosity factors writes them";
 
 /// The report as numbers with names, both ways: visit(name, number).
 template <class Report, class Visit>
@@ -74,7 +74,7 @@ void write_form_factors(const fs::path& file, const FormFactorMatrix& form_facto
                         const FormFactorFacts& facts, const std::string& version,
                         const std::string& command) {
   const FormFactorMatrix::Rows& rows = form_factors.arrays();
-  write_hdf5(file, kFormat, [&](H5::H5File& out, Attributes& attributes) {
+  write_hdf5(file, kRowsFormat, [&](H5::H5File& out, Attributes& attributes) {
     attributes.write("version", version);
     attributes.write("command", command);
     attributes.write("method", facts.method);
@@ -102,14 +102,14 @@ void write_form_factors(const fs::path& file, const FormFactorMatrix& form_facto
 }
 
 FormFactorFileFacts read_form_factor_facts(const fs::path& file) {
-  return read_hdf5(file, kFormat, kHolds,
+  return read_hdf5(file, kRowsFormat, kRowsHold,
                    [](H5::H5File&, const Attributes& attributes) { return facts_of(attributes); });
 }
 
 AssembledFormFactors read_form_factors(const fs::path& file, const PatchMesh& mesh) {
   AssemblyReport report;
   FormFactorMatrix::Rows rows =
-      read_hdf5(file, kFormat, kHolds, [&](H5::H5File& in, const Attributes& attributes) {
+      read_hdf5(file, kRowsFormat, kRowsHold, [&](H5::H5File& in, const Attributes& attributes) {
         const Index patches = facts_of(attributes).patches;
         if (patches != mesh.patch_count() || attributes.number<std::uint64_t>("mesh_digest") != digest(mesh))
           throw InputError(fmt::format(
