@@ -70,7 +70,7 @@ int run_inspect(const Options& options) {
   const Patches patches = make_patches(loaded.scene, patch_options);
   job.report.seconds.mesh = job.stage.lap();
   tell_patches(job, patches, patch_options);
-  const Index n = patches.mesh.patch_count();
+  const Index n = patches.mesh.cluster_count();
   const Visibility visibility(patches.mesh);
   warn(job, side_warnings(seen_sides(visibility), patches.mesh));
   job.console.line("occlusion", "{}",

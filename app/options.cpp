@@ -271,8 +271,9 @@ class Parser {
     add_checked(command->add_option_function<std::string>(
                     "--patch-size",
                     [this](const std::string& text) { options_.flags.patches = to_patch_options(text); },
-                    fmt::format("Longest edge of a patch in m; none: every face is one\n"
-                                "patch; auto: about {} patches. Default: auto",
+                    fmt::format("Longest edge of a patch in m, smaller faces are joined to\n"
+                                "clusters; none: every face is one patch; auto: about {}\n"
+                                "patches, whatever the number of faces. Default: auto",
                                 AutoPatches{}.target)),
                 "METRES|none|auto", patch_size)
         ->group("Patches");

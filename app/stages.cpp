@@ -42,8 +42,6 @@ std::string repairs_text(const Repairs& r) {
 
 std::string patch_rule(const PatchOptions& options, double size) {
   if (std::holds_alternative<KeepFaces>(options)) return "the faces as they are";
-  if (const auto* wanted = std::get_if<AutoPatches>(&options); wanted != nullptr && size == 0)
-    return fmt::format("the faces kept, as they are not fewer than the {} aimed at (auto)", wanted->target);
   return fmt::format("no edge longer than {:.4g} m{}", size,
                      std::holds_alternative<AutoPatches>(options) ? " (auto)" : "");
 }
@@ -154,7 +152,8 @@ LoadedScene read_stage(Job& job, const std::filesystem::path& file, MissingMater
 
 void tell_patches(Job& job, const Patches& patches, const PatchOptions& options) {
   auto& facts = *job.report.scene;
-  facts.patches = patches.mesh.patch_count();
+  facts.patches = patches.mesh.cluster_count();
+  facts.pieces = patches.mesh.patch_count();
   facts.area_m2 = patches.mesh.areas().sum();
   facts.repairs = patches.repairs;
   const std::string repairs = repairs_text(patches.repairs);
@@ -162,6 +161,8 @@ void tell_patches(Job& job, const Patches& patches, const PatchOptions& options)
   warn(job, patches.warnings);
   job.console.line("patches", "{}, {}; {:.6g} m²", facts.patches, patch_rule(options, patches.patch_size),
                    facts.area_m2);
+  if (patches.mesh.clustered())
+    job.console.line("", "clusters of smaller faces and pieces of faces, {} in all", facts.pieces);
 }
 
 std::string settings_text(const FormFactorOptions& options) {
@@ -340,7 +341,8 @@ void Telling::finish(const SolvedScene& solved) {
   }
   Report::SceneFacts& facts = *report.scene;
   facts.bands = solved.bands;
-  facts.patches = solved.patches.mesh.patch_count();
+  facts.patches = solved.patches.mesh.cluster_count();
+  facts.pieces = solved.patches.mesh.patch_count();
   facts.area_m2 = solved.patches.mesh.areas().sum();
   facts.repairs = solved.patches.repairs;
   report.modelled = solved.modelled;

@@ -59,7 +59,8 @@ BenchScene cube_with_box(std::string_view name, Index n, const Vec3& shift) {
 }
 
 BenchScene rooms(double patch_size) {
-  BenchScene out{"", make_patches(test::two_furnished_rooms(), PatchSize{patch_size}).mesh, {}, {}};
+  BenchScene out{
+      "", make_patches(test::two_furnished_rooms(), PatchSize{patch_size}).mesh.with_clusters({}), {}, {}};
   out.name = fmt::format("two furnished rooms, {} patches", out.mesh.patch_count());
   return out;
 }

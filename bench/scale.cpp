@@ -10,7 +10,9 @@
 
 #include "cases/scenes.hpp"
 #include "radiosity/formfactors/sampling.hpp"
+#include "radiosity/formfactors/sides.hpp"
 #include "radiosity/formfactors/visibility.hpp"
+#include "radiosity/io/read_scene.hpp"
 #include "radiosity/io/report.hpp"
 #include "radiosity/io/solution_file.hpp"
 #include "radiosity/meshing/make_patches.hpp"
@@ -23,43 +25,59 @@ namespace {
 
 using namespace radiosity;
 
-/// √(Σ (ρ H − ρ Ĥ)² / Σ (ρ Ĥ)²) over places that are uniform by area, Ĥ from path tracing, and the noise of Ĥ in the same measure. The
-/// noise is taken out of the error.
+/// √(Σ (ρ H − ρ Ĥ)² / Σ (ρ Ĥ)²) over cells that are chosen by area, Ĥ the mean over a cell by path tracing from random points of it,
+/// and the noise of Ĥ in the same measure, from two halves of the points. The noise is taken out of the error.
 struct Truth {
   double error = 0, noise = 0;
 };
 
-Truth truth(const Scene& scene, const PatchMesh& mesh, const BandArray& irradiance, Index places,
+/// The cells are the clusters of the mesh. `irradiance` has a row for each of its patches.
+Truth truth(const PatchMesh& patches, const PatchMesh& mesh, const BandArray& irradiance, Index cells,
             Index paths) {
-  const auto faces = std::make_shared<const PatchMesh>(make_patches(scene, KeepFaces{}).mesh);
+  constexpr Index kPoints = 128;  // per cell
+  const auto faces = std::make_shared<const PatchMesh>(patches);
   const Visibility visibility(*faces);
-  std::vector<double> up_to(mesh.patch_count());
-  double area = 0;
-  for (Index e = 0; e < mesh.patch_count(); ++e) {
-    if (!(mesh.material_of(e).emission > 0).any()) area += mesh.area(e);
-    up_to[e] = area;
-  }
   std::mt19937_64 random(7);
   const auto draw = [&] { return test::uniform(random); };
-  std::vector<Place> chosen;
-  std::vector<Index> elements;
-  while (static_cast<Index>(chosen.size()) < places) {
-    const auto e =
-        static_cast<Index>(std::upper_bound(up_to.begin(), up_to.end(), draw() * area) - up_to.begin());
-    const Vec3 x = PatchSampler(mesh, e).at({draw(), draw()});
-    const Vec3& n = mesh.normal(e);
-    // A place under a leg or behind a board that touches it is inside of that.
-    if (!visibility.first_hit(x + 1e-4 * n, n).front) continue;
-    chosen.push_back({x, n, visibility.first_hit(x + 1e-4 * n, -n).patch});
-    elements.push_back(e);
+  const auto choose = [&](const std::vector<double>& up_to) {
+    return static_cast<Index>(std::upper_bound(up_to.begin(), up_to.end() - 1, draw() * up_to.back()) -
+                              up_to.begin());
+  };
+  std::vector<double> up_to;
+  for (Index c = 0; c < mesh.cluster_count(); ++c) {
+    const bool emits = (mesh.material_of(mesh.members(c)[0]).emission > 0).any();
+    up_to.push_back((c > 0 ? up_to.back() : 0) + (emits ? 0 : mesh.cluster_areas()[c]));
   }
-  const PathTraced traced = path_traced(faces, chosen, paths);
-  Eigen::ArrayXd square(places), variance(places), reference(places);
-  for (Index k = 0; k < places; ++k) {
-    const double reflectance = mesh.material_of(elements[k]).reflectance[0];
-    reference[k] = reflectance * traced.irradiance(k, 0);
-    square[k] = std::pow(reflectance * irradiance(elements[k], 0) - reference[k], 2);
-    variance[k] = std::pow(reflectance * traced.standard_error(k, 0), 2);
+  std::vector<Place> places;
+  Eigen::ArrayXd told = Eigen::ArrayXd::Zero(cells), reflectance(cells);
+  for (Index k = 0; k < cells;) {
+    const Index c = choose(up_to);
+    const auto members = mesh.members(c);
+    std::vector<double> areas;
+    for (const Index i : members) areas.push_back((areas.empty() ? 0 : areas.back()) + mesh.area(i));
+    std::vector<Place> points;
+    while (static_cast<Index>(points.size()) < kPoints) {
+      const Index i = members[static_cast<std::size_t>(choose(areas))];
+      const Vec3 x = PatchSampler(mesh, i).at({draw(), draw()});
+      const Vec3& n = mesh.normal(i);
+      // What lies against another patch is nobody's business.
+      const Visibility::Hit over = visibility.first_hit(x + 1e-4 * n, n);
+      if (over.patch != Visibility::kNothing && !over.front && over.distance < 0.01) break;
+      points.push_back({x, n, visibility.first_hit(x + 1e-4 * n, -n).patch});
+    }
+    if (static_cast<Index>(points.size()) < kPoints) continue;
+    places.insert(places.end(), points.begin(), points.end());
+    for (const Index i : members) told[k] += mesh.area(i) / areas.back() * irradiance(i, 0);
+    reflectance[k++] = mesh.material_of(members[0]).reflectance[0];
+  }
+  const PathTraced traced = path_traced(faces, places, std::max(2, paths / kPoints));
+  Eigen::ArrayXd square(cells), variance(cells), reference(cells);
+  for (Index k = 0; k < cells; ++k) {
+    const auto own = traced.irradiance.col(0).segment(k * kPoints, kPoints);
+    const double mean = own.mean();
+    reference[k] = reflectance[k] * mean;
+    square[k] = std::pow(reflectance[k] * told[k] - reference[k], 2);
+    variance[k] = std::pow(reflectance[k], 2) * (own - mean).square().sum() / (kPoints * (kPoints - 1));
   }
   const double light = reference.square().sum();
   return {std::sqrt(std::max(0.0, square.sum() - variance.sum()) / light), std::sqrt(variance.sum() / light)};
@@ -73,15 +91,19 @@ int main(int argc, char** argv) {
   std::vector<double> sizes{0.4, 0.2, 0.1, 0.05};
   double patch_size = 0.6;
   Index samples = 128, places = 2000, paths = 20'000;
-  std::string method;
-  bool smallest = false;
+  std::string method, file;
+  double accuracy = 0;
+  bool smallest = false, bare = false;
   app.add_option("--rooms", rooms)->capture_default_str();
-  app.add_option("--element-size", sizes, "m")->capture_default_str();
-  app.add_option("--patch-size", patch_size, "m")->capture_default_str();
+  app.add_option("--scene", file, "a mesh or scene file in place of the office building");
+  app.add_option("--element-size", sizes, "m; 0: not said")->capture_default_str();
+  app.add_option("--patch-size", patch_size, "m; 0: not said")->capture_default_str();
+  app.add_option("--accuracy", accuracy, "%; in place of patch sizes and methods");
   app.add_option("--element-samples", samples)->capture_default_str();
+  app.add_flag("--no-elements", bare, "light is told of the patches");
   app.add_option("--method", method, "for the form factors; none: chosen");
-  app.add_option("--places", places, "of the reference; 0: no error")->capture_default_str();
-  app.add_option("--paths", paths, "of the reference, per place")->capture_default_str();
+  app.add_option("--places", places, "of the reference: cells; 0: no error")->capture_default_str();
+  app.add_option("--paths", paths, "of the reference, per cell")->capture_default_str();
   app.add_flag("--smallest", smallest, "one room");
   CLI11_PARSE(app, argc, argv);
   if (smallest) {
@@ -91,40 +113,46 @@ int main(int argc, char** argv) {
     paths = 200;
   }
 
-  const Scene scene = test::office_building(rooms);
-  fmt::print("{} rooms, {} faces\n\n", rooms, scene.face_count());
+  const Scene scene = file.empty() ? test::office_building(rooms) : read_scene(file).scene;
+  fmt::print("{}, {} faces\n\n", file.empty() ? fmt::format("{} rooms", rooms) : file, scene.face_count());
   fmt::print(
       "| patches | elements | patches s | F s | solve s | error s | elements s | write s | all s | peak GB | "
       ".vtp MB | "
       "noise % | stated % | true % | ± % |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
-  const auto file = std::filesystem::temp_directory_path() / "bench_scale.vtp";
+  const auto output = std::filesystem::temp_directory_path() / "bench_scale.vtp";
   for (const double size : sizes) {
     const Stopwatch all;
     SceneSettings settings;
-    settings.patches = PatchSize{patch_size};
+    SolveOptions options;
+    if (accuracy > 0) options.accuracy = accuracy / 100;
+    if (patch_size > 0) settings.patches = PatchSize{patch_size};
     if (!method.empty()) settings.method = method;
-    settings.elements = ElementSize{size};
+    if (bare) settings.elements = NoElements{};
+    if (size > 0) settings.elements = ElementSize{size};
     settings.element_samples = samples;
-    const SolvedScene solved = solve_scene(scene, settings);
+    const SolvedScene solved = solve_scene(scene, settings, options);
     const Stopwatch writing;
     double bytes = 0;
+    const SolvedScene::Told told = solved.told_of_setup(0);
     {
-      const SolvedScene::Told told = solved.told_of_setup(0);
-      write_solution(file, told.mesh, told.solution, {}, 1, told.error ? &*told.error : nullptr, told.patch);
-      bytes = static_cast<double>(std::filesystem::file_size(file));
-      std::filesystem::remove(file);
+      write_solution(output, told.mesh, told.solution, {}, 1, told.error ? &*told.error : nullptr,
+                     told.patch);
+      bytes = static_cast<double>(std::filesystem::file_size(output));
+      std::filesystem::remove(output);
     }
     const double write_seconds = writing.elapsed(), all_seconds = all.elapsed();
     const double memory = static_cast<double>(peak_memory_bytes());
-    const Elements& elements = *solved.elements;
-    const Truth t = places > 0 ? truth(scene, elements.mesh, elements.irradiance, places, paths) : Truth{};
+    const Truth t = places > 0 ? truth(solved.patches.mesh, solved.elements ? told.mesh : solved.patches.mesh,
+                                       told.solution.irradiance, places, paths)
+                               : Truth{};
     const auto& s = solved.seconds;
     fmt::print(
         "| {} | {} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.0f} | {:.2f} "
         "| {} | "
         "{:.2f} | {:.2f} |\n",
-        solved.patches.mesh.patch_count(), elements.mesh.patch_count(), s.mesh, s.form_factors, s.solve,
-        s.error, s.elements, write_seconds, all_seconds, memory / 1e9, bytes / 1e6, 100 * elements.noise(),
+        solved.patches.mesh.cluster_count(), told.mesh.patch_count(), s.mesh, s.form_factors, s.solve,
+        s.error, s.elements, write_seconds, all_seconds, memory / 1e9, bytes / 1e6,
+        solved.elements ? 100 * solved.elements->noise() : 0,
         solved.error && solved.error->total ? fmt::format("{:.2f}", 100 * *solved.error->total) : "unknown",
         100 * t.error, 100 * t.noise);
     std::fflush(stdout);

@@ -156,8 +156,8 @@ int main(int argc, char** argv) {
   app.add_flag("--bandwidth", only_bandwidth, "only how fast F is read");
   CLI11_PARSE(app, argc, argv);
   if (!only_bandwidth) {
-    const PatchMesh mesh =
-        make_patches(test::two_furnished_rooms(), PatchSize{smallest ? 2 : patch_size}).mesh;
+    const PatchMesh mesh = make_patches(test::two_furnished_rooms(), PatchSize{smallest ? 2 : patch_size})
+                               .mesh.with_clusters({});
     const Visibility visibility(mesh);
     const auto method = find_form_factor_method("hemisphere").make(visibility, {});
     const FormFactorMatrix f = assemble(*method, visibility).matrix;

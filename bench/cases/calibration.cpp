@@ -87,7 +87,7 @@ std::vector<CalibrationCase> calibration(int rooms, bool smaller_too,
   };
   const auto against_finer = [&](const std::string& name, const Scene& scene, std::array<double, 2> sizes) {
     for (const double size : std::span(sizes).first(smaller_too ? 2 : 1)) {
-      const PatchMesh mesh = make_patches(scene, PatchSize{size}).mesh;
+      const PatchMesh mesh = make_patches(scene, PatchSize{size}).mesh.with_clusters({});
       const BandArray exact = finer_solution(mesh);
       const auto traced = traced_reference(mesh, trace);
       for (const Setting& setting : settings) {

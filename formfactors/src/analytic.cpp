@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <algorithm>
-
 #include "methods.hpp"
 #include "pair_factors.hpp"
 
 namespace radiosity {
 namespace {
 
-/// Pair by pair; see PairFactors.
+/// Pair by pair; see PairFactors. Clusters are sums over their members, and cost what all pairs of these cost.
 class Analytic final : public FormFactorMethod {
  public:
   Analytic(const Visibility& visibility, const FormFactorOptions& options)
@@ -19,15 +17,12 @@ class Analytic final : public FormFactorMethod {
     std::vector<Index> columns;
     std::vector<double> values;
     for (Index i = first; i < last; ++i) {
-      row.clear();
-      pairs_.for_each_in_row(i, upper,
-                             [&](Index j, double mutual) { row.emplace_back(j, mutual / mesh.area(i)); });
-      std::sort(row.begin(), row.end());
+      pairs_.cluster_row(i, upper, row);
       columns.clear();
       values.clear();
-      for (const auto& [j, f] : row) {
+      for (const auto& [j, mutual] : row) {
         columns.push_back(j);
-        values.push_back(f);
+        values.push_back(mutual / mesh.cluster_areas()[i]);
       }
       sink(i, columns, values, std::nullopt);
     }
@@ -35,7 +30,7 @@ class Analytic final : public FormFactorMethod {
   bool reciprocal() const override { return true; }
   bool exact() const override { return visibility_.convex(); }
   FormFactorOptions options() const override { return {.samples = pairs_.samples(), .seed = pairs_.seed()}; }
-  Index max_entries_per_row() const override { return visibility_.mesh().patch_count(); }
+  Index max_entries_per_row() const override { return visibility_.mesh().cluster_count(); }
   std::uint64_t rays() const override { return pairs_.rays(); }
   PairCounts pairs() const override { return pairs_.counts(); }
 

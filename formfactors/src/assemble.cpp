@@ -60,7 +60,7 @@ struct RowTargets {
 };
 RowTargets row_targets(const FormFactorMethod& method, const Visibility& visibility,
                        const ComputedRows& computed, const ReplacedRows& replaced, bool close) {
-  const Eigen::ArrayXd& areas = visibility.mesh().areas();
+  const Eigen::ArrayXd& areas = visibility.mesh().cluster_areas();
   RowTargets out{row_sums(computed.rows)};
   Eigen::ArrayXd& target = out.sums;
   const Eigen::ArrayXd whole = (target > 0).cast<double>();
@@ -70,7 +70,7 @@ RowTargets row_targets(const FormFactorMethod& method, const Visibility& visibil
     out.closed_scene = is_closed(target, *computed.escaped, areas);
   } else if (close) {
     const auto probe = make_hemisphere(visibility, {.samples = 256});
-    out.closed_scene = is_closed(target, escape_seen_by(*probe, visibility.mesh().patch_count()), areas);
+    out.closed_scene = is_closed(target, escape_seen_by(*probe, visibility.mesh().cluster_count()), areas);
     out.rays = probe->rays();
   }
   if (out.closed_scene) {
@@ -91,8 +91,8 @@ double assembly_bytes(double patches, double entries) {
 
 AssembledFormFactors assemble(const FormFactorMethod& method, const Visibility& visibility,
                               const AssemblyOptions& options) {
-  const Eigen::ArrayXd& areas = visibility.mesh().areas();
-  const Index n = visibility.mesh().patch_count();
+  const Eigen::ArrayXd& areas = visibility.mesh().cluster_areas();
+  const Index n = visibility.mesh().cluster_count();
   AssemblyReport report;
   require_memory(method, n, method.max_entries_per_row(), 0, options.memory_limit_bytes);
 
@@ -112,12 +112,13 @@ AssembledFormFactors assemble(const FormFactorMethod& method, const Visibility& 
       report.pair_rows = compute_pairs(chosen, areas, options.progress);
       if (chosen.factors) report.rays += chosen.factors->rays();
       report.warnings = std::move(chosen.warnings);
-      report.unreliable = chosen.unreliable;
+      report.unreliable = std::move(chosen.unreliable);
       report.completed = report.pair_rows != nullptr;
     }
   }
   ReplacedRows replaced(n);
   if (report.pair_rows) {
+    drop_hidden(rows, report.pair_rows->hidden);
     replaced = replace_by_pairs(rows, *report.pair_rows);
     report.lamps = report.pair_rows->lamps;
     report.pairwise = static_cast<Index>(replaced.patches.size());

@@ -44,7 +44,8 @@ ComputedRows compute_rows(const FormFactorMethod& method, const Eigen::ArrayXd& 
 struct PairRows {
   std::vector<Index> patches, misjudged;  ///< as in PairwisePatches
   Index lamps = 0;
-  RowList rows, columns;  ///< of each of `patches`: what it sends to all, and what all send to it
+  std::vector<Index> hidden;  ///< as in PairwisePatches
+  RowList rows, columns;      ///< of each of `patches`: what it sends to all, and what all send to it
 };
 /// Null where `progress`, which is told that all rows are there, asked to stop.
 std::shared_ptr<const PairRows> compute_pairs(const PairwisePatches& chosen, const Eigen::ArrayXd& areas,
@@ -58,6 +59,8 @@ struct ReplacedRows {
   std::vector<Index> patches;    ///< ascending
   std::vector<std::uint8_t> is;  ///< of all patches
 };
+/// Takes out what should exchange nothing.
+void drop_hidden(RowList& rows, const std::vector<Index>& hidden);
 ReplacedRows replace_by_pairs(RowList& rows, const PairRows& pairs);
 
 // 3. symmetrise.cpp

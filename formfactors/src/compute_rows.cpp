@@ -30,7 +30,8 @@ void mirror(RowList& upper, const Eigen::ArrayXd& areas) {
     Row full;
     full.reserve(left.size() + row.size());
     for (const Entry& e : left)
-      full.push_back({e.column, rounded_down(static_cast<double>(e.value) * areas[e.column] / areas[j])});
+      if (e.column != j)
+        full.push_back({e.column, rounded_down(static_cast<double>(e.value) * areas[e.column] / areas[j])});
     full.insert(full.end(), row.begin(), row.end());
     row = std::move(full);
   });

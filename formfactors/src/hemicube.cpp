@@ -62,7 +62,7 @@ ItemArrays::ItemArrays(const Visibility& visibility) {
   for (Index i = 0; i < mesh.patch_count(); ++i) {
     if (visibility.covered(i)) continue;
     const std::int32_t p = plane_of[i];
-    const std::int32_t shown = item_buffer::kLost + 1 + static_cast<std::int32_t>(i);
+    const std::int32_t shown = item_buffer::kLost + 1 + static_cast<std::int32_t>(mesh.cluster(i));
     const auto c = mesh.corners(i);
     if (is_convex_quad(mesh, i)) {  // planar: drawn in one piece
       add({c[0], c[1], c[2], c[3]}, p, shown);
@@ -114,7 +114,7 @@ class Hemicube final : public FormFactorMethod {
   std::optional<double> direction_share() const override { return direction_share_; }
   Index max_entries_per_row() const override {
     return static_cast<Index>(std::min(static_cast<std::size_t>(points_) * cells_,
-                                       static_cast<std::size_t>(visibility_.mesh().patch_count())));
+                                       static_cast<std::size_t>(visibility_.mesh().cluster_count())));
   }
 
  private:
@@ -207,20 +207,25 @@ void Hemicube::rows(Index first, Index last, bool, const Sink& sink) const {
       list.data(),
       item.data(),
       nearness.data()};
-  std::vector<double> sums(4 * (static_cast<std::size_t>(mesh.patch_count()) + 1), 0);
+  std::vector<double> sums(4 * (static_cast<std::size_t>(mesh.cluster_count()) + 1), 0);
   std::vector<Index> columns;
   std::vector<double> values;
   for (Index i = first; i < last; ++i) {
-    if (visibility_.covered(i)) {
+    if (all_covered(visibility_, i)) {
       sink(i, {}, {}, 1);
       continue;
     }
     RandomStream random(seed_, static_cast<std::uint64_t>(i));
-    const Vec3& n = mesh.normal(i);
-    const auto own = static_cast<std::size_t>(arrays_.plane_of[i]);
-    Vec3 t, b;
-    tangents(n, t, b);
-    for (const Viewpoint& point : viewpoints(mesh, i, points_)) {
+    double covered = 0;
+    for (const ClusterViewpoint& point : cluster_viewpoints(mesh, i, points_)) {
+      if (visibility_.covered(point.patch)) {
+        covered += point.weight;
+        continue;
+      }
+      const Vec3& n = mesh.normal(point.patch);
+      const auto own = static_cast<std::size_t>(arrays_.plane_of[point.patch]);
+      Vec3 t, b;
+      tangents(n, t, b);
       const double turn = std::numbers::pi / 2 * random.uniform();
       const Vec3 across = std::cos(turn) * t + std::sin(turn) * b;
       const Vec3 up = n.cross(across);
@@ -241,8 +246,8 @@ void Hemicube::rows(Index first, Index last, bool, const Sink& sink) const {
       std::fill(s, s + 4, 0.0);
       return sum;
     };
-    const double lost = take(item_buffer::kLost);
-    for (Index j = 0; j < mesh.patch_count(); ++j) {
+    const double lost = take(item_buffer::kLost) + covered;
+    for (Index j = 0; j < mesh.cluster_count(); ++j) {
       const double f = take(static_cast<std::size_t>(j) + 1);
       if (f == 0) continue;
       columns.push_back(j);

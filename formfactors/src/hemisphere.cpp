@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include "methods.hpp"
 #include "radiosity/formfactors/sampling.hpp"
@@ -18,6 +19,8 @@ namespace {
 /// The unit square is cut into K cells, one jittered sample each, mapped to Nusselt's disk and lifted to the
 /// hemisphere. Rays of a 4 × 4 block of cells make one coherent packet. Each starts at a point of its own, and
 /// the points of a packet are spread over the patch, so that F is the patch-to-patch factor, unbiased.
+///
+/// Of a cluster each packet starts on one member, as many on each as its share of the area asks for.
 ///
 /// A few such sets of directions serve all patches: each takes one at random and turns it by a random angle.
 class Hemisphere final : public FormFactorMethod {
@@ -38,13 +41,24 @@ class Hemisphere final : public FormFactorMethod {
   std::uint64_t rays() const override { return rays_.load(std::memory_order_relaxed); }
   FormFactorOptions options() const override { return {.samples = samples(), .seed = seed_}; }
   std::optional<double> direction_share() const override { return 1.0 / samples(); }
-  Index max_entries_per_row() const override { return std::min(samples(), visibility_.mesh().patch_count()); }
+  Index max_entries_per_row() const override {
+    return std::min(samples(), visibility_.mesh().cluster_count());
+  }
 
  private:
   struct Packet {
     alignas(64) std::array<float, 16> x, y, z;
   };
+  // Where a packet starts: points of one patch, and the patch's axes, turned about the normal n.
+  struct Start {
+    Packet points;
+    Index from;
+    Eigen::Vector3f t, b, n;
+  };
   std::vector<Packet> directions(std::uint64_t set) const;
+  // `count` packets spread evenly over the area of all members.
+  void start_from(std::span<const Index> members, std::size_t count, Sample2 shift, double turn,
+                  std::vector<Start>& starts) const;
   Index samples() const { return 16 * blocks_ * blocks_; }
 
   const Visibility& visibility_;
@@ -76,64 +90,58 @@ void Hemisphere::rows(Index first, Index last, bool, const Sink& sink) const {
   // Points beyond these add nothing: they fill the patch far more densely than the directions fill the disk.
   constexpr std::size_t kMostPointBlocks = 32;
   const PatchMesh& mesh = visibility_.mesh();
-  // What leaves the scene, what ends on a back, and then the patches: counted without looking whether it is their first hit,
-  // which a processor cannot foresee. Blocks of patches that were hit are looked through afterwards.
+  // What leaves the scene, what ends on a back, and then the clusters: counted without looking whether it is their first hit,
+  // which a processor cannot foresee. Blocks of clusters that were hit are looked through afterwards.
   static_assert(Visibility::kNothing == -1 && Visibility::kBack == -2);
-  constexpr std::size_t kPatches = 2;
+  constexpr std::size_t kClusters = 2;
   constexpr std::size_t kBlock = 16;
-  std::vector<Index> hits(kPatches + static_cast<std::size_t>(mesh.patch_count()) + kBlock, 0);
+  const Index clusters = mesh.cluster_count();
+  std::vector<Index> hits(kClusters + static_cast<std::size_t>(clusters) + kBlock, 0);
   std::vector<std::uint8_t> touched(hits.size() / kBlock + 1, 0);
   std::vector<Index> columns(static_cast<std::size_t>(max_entries_per_row()) + 1);
   std::vector<double> values(columns.size());
   const auto packets = static_cast<std::size_t>(blocks_ * blocks_);
-  std::vector<Packet> points(std::min(packets, kMostPointBlocks));
+  std::vector<Start> starts;
   std::vector<std::size_t> order(packets);
   const double share = 1.0 / samples();
   for (Index i = first; i < last; ++i) {
-    if (visibility_.covered(i)) {
+    const auto members = mesh.members(i);
+    if (all_covered(visibility_, i)) {
       sink(i, {}, {}, 1);
       continue;
     }
     RandomStream random(seed_, static_cast<std::uint64_t>(i));
     const Sample2 shift{random.uniform(), random.uniform()};
-    Vec3 t0, b0;
-    tangents(mesh.normal(i), t0, b0);
     const double turn = 2 * std::numbers::pi * random.uniform();
-    const Eigen::Vector3f n = mesh.normal(i).cast<float>();
-    const Eigen::Vector3f t = (std::cos(turn) * t0 + std::sin(turn) * b0).cast<float>();
-    const Eigen::Vector3f b = (std::cos(turn) * b0 - std::sin(turn) * t0).cast<float>();
     const std::vector<Packet>& directions = sets_[random.next() % sets_.size()];
-
-    const PatchSampler patch(mesh, i);
-    for (std::size_t block = 0; block < points.size(); ++block) {
-      for (std::size_t lane = 0; lane < 16; ++lane) {
-        const Vec3 x = visibility_.scaled(patch.at(r2_point(block * 16 + lane, shift)));
-        points[block].x[lane] = static_cast<float>(x.x());
-        points[block].y[lane] = static_cast<float>(x.y());
-        points[block].z[lane] = static_cast<float>(x.z());
-      }
-    }
+    start_from(members, members.size() == 1 ? std::min(packets, kMostPointBlocks) : packets, shift, turn,
+               starts);
     // Which points go with which directions is drawn too, or position and direction would be correlated.
     std::iota(order.begin(), order.end(), std::size_t{0});
     for (std::size_t k = packets; k > 1; --k) std::swap(order[k - 1], order[random.next() % k]);
 
     Visibility::Packet packet;
-    packet.from = i;
     packet.count = 16;
     for (std::size_t block = 0; block < packets; ++block) {
-      const Packet& x = points[order[block] % points.size()];
+      const Start& x = starts[order[block] % starts.size()];
       const Packet& d = directions[block];
-      packet.x = x.x;
-      packet.y = x.y;
-      packet.z = x.z;
+      if (visibility_.covered(x.from)) {
+        hits[0] += packet.count;
+        continue;
+      }
+      packet.from = x.from;
+      packet.x = x.points.x;
+      packet.y = x.points.y;
+      packet.z = x.points.z;
       for (std::size_t lane = 0; lane < 16; ++lane) {
-        packet.dx[lane] = d.x[lane] * t.x() + d.y[lane] * b.x() + d.z[lane] * n.x();
-        packet.dy[lane] = d.x[lane] * t.y() + d.y[lane] * b.y() + d.z[lane] * n.y();
-        packet.dz[lane] = d.x[lane] * t.z() + d.y[lane] * b.z() + d.z[lane] * n.z();
+        packet.dx[lane] = d.x[lane] * x.t.x() + d.y[lane] * x.b.x() + d.z[lane] * x.n.x();
+        packet.dy[lane] = d.x[lane] * x.t.y() + d.y[lane] * x.b.y() + d.z[lane] * x.n.y();
+        packet.dz[lane] = d.x[lane] * x.t.z() + d.y[lane] * x.b.z() + d.z[lane] * x.n.z();
       }
       visibility_.first_hits(packet);
       for (const Index j : packet.hit) {
-        const auto slot = static_cast<std::size_t>(j + static_cast<Index>(kPatches));
+        const Index met = j < 0 ? j : mesh.cluster(j);
+        const auto slot = static_cast<std::size_t>(met + static_cast<Index>(kClusters));
         ++hits[slot];
         touched[slot / kBlock] = 1;
       }
@@ -146,13 +154,52 @@ void Hemisphere::rows(Index first, Index last, bool, const Sink& sink) const {
       if (touched[block] == 0) continue;
       touched[block] = 0;
       for (std::size_t slot = block * kBlock; slot < (block + 1) * kBlock; ++slot) {
-        columns[count] = static_cast<Index>(slot) - static_cast<Index>(kPatches);
+        columns[count] = static_cast<Index>(slot) - static_cast<Index>(kClusters);
         values[count] = hits[slot] * share;
         count += hits[slot] > 0 ? 1 : 0;
         hits[slot] = 0;
       }
     }
     sink(i, std::span(columns).first(count), std::span(values).first(count), lost * share);
+  }
+}
+
+void Hemisphere::start_from(std::span<const Index> members, std::size_t count, Sample2 shift, double turn,
+                            std::vector<Start>& starts) const {
+  const PatchMesh& mesh = visibility_.mesh();
+  double area = 0;
+  for (const Index m : members) area += mesh.area(m);
+  starts.resize(count);
+  std::size_t member = 0;
+  double up_to = mesh.area(members[0]);
+  std::optional<PatchSampler> patch;
+  for (std::size_t block = 0; block < count; ++block) {
+    Start& start = starts[block];
+    const double where = (static_cast<double>(block) + shift.u) / static_cast<double>(count) * area;
+    for (; where >= up_to && member + 1 < members.size(); up_to += mesh.area(members[++member]))
+      patch.reset();
+    if (!patch) {
+      patch.emplace(mesh, members[member]);
+      const Vec3& normal = mesh.normal(members[member]);
+      Vec3 t, b;
+      tangents(normal, t, b);
+      start.from = members[member];
+      start.n = normal.cast<float>();
+      start.t = (std::cos(turn) * t + std::sin(turn) * b).cast<float>();
+      start.b = (std::cos(turn) * b - std::sin(turn) * t).cast<float>();
+    } else {
+      const Start& before = starts[block - 1];
+      start.from = before.from;
+      start.n = before.n;
+      start.t = before.t;
+      start.b = before.b;
+    }
+    for (std::size_t lane = 0; lane < 16; ++lane) {
+      const Vec3 x = visibility_.scaled(patch->at(r2_point(block * 16 + lane, shift)));
+      start.points.x[lane] = static_cast<float>(x.x());
+      start.points.y[lane] = static_cast<float>(x.y());
+      start.points.z[lane] = static_cast<float>(x.z());
+    }
   }
 }
 

@@ -136,6 +136,25 @@ std::uint64_t PairCounts::*PairFactors::approach(Index i, std::size_t group) con
   return nullptr;
 }
 
+void PairFactors::cluster_row(Index cluster, bool upper, std::vector<std::pair<Index, double>>& row) const {
+  const PatchMesh& mesh = visibility_.mesh();
+  row.clear();
+  for (const Index i : mesh.members(cluster))
+    for_each_in_row(i, upper && !mesh.clustered(), [&](Index j, double mutual) {
+      if (const Index to = mesh.cluster(j); !upper || to >= cluster) row.emplace_back(to, mutual);
+    });
+  // Sums in one order, so that they are the same bits whatever the groups.
+  std::sort(row.begin(), row.end());
+  std::size_t count = 0;
+  for (const auto& [to, mutual] : row) {
+    if (count > 0 && row[count - 1].first == to)
+      row[count - 1].second += mutual;
+    else
+      row[count++] = {to, mutual};
+  }
+  row.resize(count);
+}
+
 bool PairFactors::may_see_any(Index i) const {
   for (std::size_t group = 0; group < groups_.size(); ++group)
     if (approach(i, group) == nullptr) return true;

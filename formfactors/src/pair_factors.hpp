@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <mutex>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "occluders.hpp"
@@ -56,6 +57,10 @@ class PairFactors {
     }
     add(counts);
   }
+
+  /// A_I F_IJ = Σ_i∈I Σ_j∈J A_i F_ij of cluster I and every cluster J, or every J ≥ I where `upper` is set, that it exchanges light
+  /// with; ascending. A cluster of several patches may exchange light with itself.
+  void cluster_row(Index cluster, bool upper, std::vector<std::pair<Index, double>>& row) const;
 
   Index samples() const { return samples_; }
   std::uint64_t seed() const { return seed_; }

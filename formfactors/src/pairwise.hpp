@@ -16,18 +16,20 @@ inline constexpr Index kPairwiseSamples = 4;
 
 /// Patches whose rows and columns a method that samples directions had better leave to the pairs.
 struct PairwisePatches {
-  std::vector<Index> patches;            ///< ascending
-  Index lamps = 0;                       ///< how many of them emit
-  std::vector<Index> misjudged;          ///< those whose escaping share the directions do not tell either
-  std::vector<std::string> warnings;     ///< of those that are too many
-  Index unreliable = 0;                  ///< AssemblyReport::unreliable
-  std::unique_ptr<PairFactors> factors;  ///< absent where `patches` is empty
+  std::vector<Index> patches;         ///< ascending
+  Index lamps = 0;                    ///< how many of them emit
+  std::vector<Index> misjudged;       ///< those whose escaping share the directions do not tell either
+  std::vector<std::string> warnings;  ///< of those that are too many
+  std::vector<Index> hidden;          ///< near others with nearly all of their area, and too many
+  std::vector<std::pair<Index, double>> unreliable;  ///< AssemblyReport::unreliable
+  std::unique_ptr<PairFactors> factors;              ///< absent where `patches` is empty
 };
 
 /// - Lamps: what few samples find of a small lamp is noise, and everybody's light depends on it.
 /// - Patches that lie nearly against others: rays and cells pass through what lies in the plane that they start from.
 /// - Patches that hardly any ray or cell finds something from: a thin or distant object is missed or found too large.
-/// Each kind only while it is at most one patch in 20, or 32, and 5·10⁷ pairs: half a minute and 400 MB.
+/// Clusters are taken whole. Each kind only while it is at most one cluster in 20, or 32, and 5·10⁷ pairs of patches: half a minute
+/// and 400 MB. Where there are so many polygons that shadow rays tell what is seen, it is 2·10⁶ but for lamps.
 PairwisePatches pairwise_patches(const FormFactorMethod& method, const Visibility& visibility,
                                  std::span<const double> row_sums);
 

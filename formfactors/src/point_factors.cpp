@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "radiosity/formfactors/point_factors.hpp"
 
+#include <tbb/collaborative_call_once.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,6 +14,7 @@
 #include "occluders.hpp"
 #include "polygon_factor.hpp"
 #include "radiosity/formfactors/sampling.hpp"
+#include "radiosity/meshing/box_pairs.hpp"
 #include "radiosity/meshing/polygon_kit.hpp"
 #include "radiosity/meshing/tolerances.hpp"
 
@@ -41,6 +44,8 @@ struct PointFactors::Impl {
                   const Classify& classify, RandomStream& random, View& view) const;
   Single by_rays(const Vec3& x, const Vec3& n, Index j, double whole, RandomStream& random) const;
   void cast(const Vec3& x, const Vec3& n, RandomStream& random, View& view) const;
+  // Those that touch a patch.
+  const std::vector<std::size_t>& walls_at(Index patch) const;
 
   const Visibility& visibility;
   std::uint64_t seed;
@@ -51,8 +56,10 @@ struct PointFactors::Impl {
   std::vector<Index> lamps;  // that are not covered
   std::vector<std::uint8_t> is_lamp;
   std::vector<Wall> walls;
-  std::vector<Index> facet_of;         // patches
-  std::optional<Occluders> occluders;  // absent where shadow rays are used
+  mutable tbb::collaborative_once_flag walls_found;
+  mutable std::vector<std::vector<std::size_t>> walls_of;  // of patches
+  std::vector<Index> facet_of;                             // patches
+  std::optional<Occluders> occluders;                      // absent where shadow rays are used
 };
 
 PointFactors::Impl::Impl(const Visibility& v, Index rays, std::uint64_t s)
@@ -88,6 +95,23 @@ PointFactors::Impl::Impl(const Visibility& v, Index rays, std::uint64_t s)
     for (const Index i : visibility.facets()[f].patches) facet_of[i] = static_cast<Index>(f);
   occluders.emplace(mesh, visibility.facets(), facet_of, lamps, centre);
   if (!occluders->usable()) occluders.reset();
+}
+
+const std::vector<std::size_t>& PointFactors::Impl::walls_at(Index patch) const {
+  tbb::collaborative_call_once(walls_found, [&] {
+    const PatchMesh& mesh = visibility.mesh();
+    std::vector<Eigen::AlignedBox3d> of_patches, of_walls;
+    for (Index i = 0; i < mesh.patch_count(); ++i) {
+      Eigen::AlignedBox3d& box = of_patches.emplace_back();
+      for (const Index v : mesh.corners(i)) box.extend(mesh.vertex(v) - centre);
+    }
+    for (const Wall& wall : walls) of_walls.push_back(wall.box);
+    walls_of.resize(of_patches.size());
+    for_each_pair_that_meets(of_patches, of_walls,
+                             [&](std::size_t i, std::size_t w) { walls_of[i].push_back(w); });
+    for (auto& list : walls_of) std::sort(list.begin(), list.end());
+  });
+  return walls_of[patch];
 }
 
 // Points are relative to the centre from here on.
@@ -285,7 +309,7 @@ void PointFactors::view(const Vec3& x, const Vec3& n, std::uint64_t stream, View
       impl_->add_single(near, off, n, impl_->lamps[lamp.number], lamp.front, classify, random, view);
     }
   } else {
-    if (occluders) occluders->look_from(near, n, point_scratch);
+    if (occluders && !impl_->lamps.empty()) occluders->look_from(near, n, point_scratch);
     for (std::size_t k = 0; k < impl_->lamps.size(); ++k) {
       if (!impl_->shines_towards(near, impl_->lamps[k])) continue;
       const std::vector<Vec3> front = impl_->front_part(near, n, impl_->lamps[k]);
@@ -306,10 +330,8 @@ std::optional<PointFactors::Outlook> PointFactors::outlook(Index patch) const {
   for (const Index v : mesh.corners(patch)) p.push_back(mesh.vertex(v) - impl_->centre);
   if (!impl_->occluders || !polygon::is_convex(p, n, -tolerance::kGrazed)) return {};
   Outlook out;
-  Eigen::AlignedBox3d box;
-  for (const Vec3& x : p) box.extend(x);
-  for (std::size_t w = 0; w < impl_->walls.size(); ++w)
-    if (box.intersects(impl_->walls[w].box)) out.walls.push_back(w);
+  out.walls = impl_->walls_at(patch);
+  if (impl_->lamps.empty()) return out;
   impl_->occluders->look_from(p, n, impl_->facet_of[patch], impl_->visibility.facets(), point_scratch);
   for (std::size_t k = 0; k < impl_->lamps.size(); ++k) {
     const Index j = impl_->lamps[k];

@@ -7,18 +7,16 @@ namespace radiosity {
 std::shared_ptr<const PairRows> compute_pairs(const PairwisePatches& chosen, const Eigen::ArrayXd& areas,
                                               const Progress& progress) {
   const std::size_t count = chosen.patches.size();
-  auto out = std::make_shared<PairRows>(
-      PairRows{chosen.patches, chosen.misjudged, chosen.lamps, RowList(count), RowList(count)});
+  auto out = std::make_shared<PairRows>(PairRows{chosen.patches, chosen.misjudged, chosen.lamps,
+                                                 chosen.hidden, RowList(count), RowList(count)});
   const auto compute = [&](Index k) {
     const Index i = chosen.patches[k];
-    Row& row = out->rows[k];
-    Row& column = out->columns[k];
-    chosen.factors->for_each_in_row(i, false, [&](Index j, double mutual) {
-      row.push_back({j, rounded_down(mutual / areas[i])});
-      column.push_back({j, rounded_down(mutual / areas[j])});
-    });
-    std::ranges::sort(row, {}, &Entry::column);
-    std::ranges::sort(column, {}, &Entry::column);
+    std::vector<std::pair<Index, double>> all;
+    chosen.factors->cluster_row(i, false, all);
+    for (const auto& [j, mutual] : all) {
+      out->rows[k].push_back({j, rounded_down(mutual / areas[i])});
+      out->columns[k].push_back({j, rounded_down(mutual / areas[j])});
+    }
   };
   const bool completed = for_each_block(
       static_cast<Index>(count), 1, [&](Index k, Index) { compute(k); },
@@ -29,6 +27,18 @@ std::shared_ptr<const PairRows> compute_pairs(const PairwisePatches& chosen, con
 
 ReplacedRows::ReplacedRows(Index n, std::vector<Index> replaced) : patches(std::move(replaced)), is(n, 0) {
   for (const Index i : patches) is[i] = 1;
+}
+
+void drop_hidden(RowList& rows, const std::vector<Index>& hidden) {
+  if (hidden.empty()) return;
+  std::vector<std::uint8_t> is(rows.size(), 0);
+  for (const Index i : hidden) is[i] = 1;
+  for_each_row(static_cast<Index>(rows.size()), [&](Index i) {
+    if (is[i] != 0)
+      rows[i].clear();
+    else
+      std::erase_if(rows[i], [&](const Entry& e) { return is[e.column] != 0; });
+  });
 }
 
 ReplacedRows replace_by_pairs(RowList& rows, const PairRows& pairs) {

@@ -71,7 +71,7 @@ class RowsOnDemand::Kept {
 RowsOnDemand::RowsOnDemand(const FormFactorMethod& method, const Visibility& visibility,
                            std::size_t memory_bytes)
     : method_(method),
-      n_(visibility.mesh().patch_count()),
+      n_(visibility.mesh().cluster_count()),
       escaped_(std::make_unique<std::atomic<double>[]>(static_cast<std::size_t>(n_))),
       kept_(std::make_unique<Kept>(n_, memory_bytes)) {
   if (method.reciprocal()) return;
@@ -111,7 +111,7 @@ void RowsOnDemand::compute(Index i, RowBuffer& buffer) const {
     fill(pairwise_->get());
   } else {
     fill(method_);
-    if (pairwise_ && hardly_answered(method_, sum) && !pairwise_->visibility.covered(i))
+    if (pairwise_ && hardly_answered(method_, sum) && !all_covered(pairwise_->visibility, i))
       fill(pairwise_->get());
   }
 }

@@ -126,4 +126,26 @@ std::vector<Viewpoint> viewpoints(const PatchMesh& mesh, Index patch, Index most
   return out;
 }
 
+std::vector<ClusterViewpoint> cluster_viewpoints(const PatchMesh& mesh, Index cluster, Index count) {
+  std::vector<ClusterViewpoint> out;
+  const auto members = mesh.members(cluster);
+  if (members.size() == 1) {
+    for (const Viewpoint& point : viewpoints(mesh, members[0], count))
+      out.push_back({members[0], point.x, point.weight});
+    return out;
+  }
+  const double step = mesh.cluster_areas()[cluster] / count;
+  std::size_t member = 0;
+  double up_to = mesh.area(members[0]);
+  for (Index k = 0; k < count; ++k) {
+    const double where = (k + 0.5) * step;
+    while (where >= up_to && member + 1 < members.size()) up_to += mesh.area(members[++member]);
+    // Not from the middle: where a quad's two triangles meet the sampler gives a corner, which other walls' planes may pass through.
+    const PatchSampler sampler(mesh, members[member]);
+    out.push_back(
+        {members[member], sampler.at(r2_point(static_cast<std::uint64_t>(k), {0.25, 0.5})), 1.0 / count});
+  }
+  return out;
+}
+
 }  // namespace radiosity

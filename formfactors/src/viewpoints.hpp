@@ -19,6 +19,15 @@ struct Viewpoint {
 /// Where the triangles are more than `most`, points of an R2 sequence with equal weights.
 std::vector<Viewpoint> viewpoints(const PatchMesh& mesh, Index patch, Index most);
 
+struct ClusterViewpoint {
+  Index patch;
+  Vec3 x;
+  double weight;
+};
+
+/// Those of a patch that is by itself; on a cluster `count` points with equal weights, spread evenly over the area of its members.
+std::vector<ClusterViewpoint> cluster_viewpoints(const PatchMesh& mesh, Index cluster, Index count);
+
 /// Planar, with four corners and a left turn at each.
 bool is_convex_quad(const PatchMesh& mesh, Index patch);
 

@@ -38,7 +38,6 @@ void for_each_number(Report& report, Visit&& visit) {
   visit("lamps", report.lamps);
   visit("pairwise", report.pairwise);
   visit("isolated_patches", report.isolated_patches);
-  visit("unreliable", report.unreliable);
   visit("rays", report.rays);
   visit("pairs_behind", report.pairs.behind);
   visit("pairs_hidden", report.pairs.hidden);
@@ -66,6 +65,7 @@ std::uint64_t digest(const PatchMesh& mesh) {
     all.add(static_cast<std::uint64_t>(mesh.corners(i).size()));
     for (const Index v : mesh.corners(i))
       for (const double x : mesh.vertex(v)) all.add(x);
+    if (mesh.clustered()) all.add(static_cast<std::uint64_t>(mesh.cluster(i)) + 1);
   }
   return all.value();
 }
@@ -97,7 +97,17 @@ void write_form_factors(const fs::path& file, const FormFactorMatrix& form_facto
     }
     if (!rows.diagonal.empty()) write_array(out, "diagonal", rows.diagonal);
     write_array(out, "escaped", rows.escaped);
-    write_array(out, "area", std::vector<double>(mesh.areas().begin(), mesh.areas().end()));
+    const Eigen::ArrayXd& areas = mesh.cluster_areas();
+    write_array(out, "area", std::vector<double>(areas.begin(), areas.end()));
+    if (facts.assembly.unreliable.empty()) return;
+    std::vector<Index> unreliable;
+    std::vector<double> shares;
+    for (const auto& [cluster, share] : facts.assembly.unreliable) {
+      unreliable.push_back(cluster);
+      shares.push_back(share);
+    }
+    write_array(out, "unreliable", unreliable);
+    write_array(out, "unreliable_share", shares);
   });
 }
 
@@ -111,11 +121,12 @@ AssembledFormFactors read_form_factors(const fs::path& file, const PatchMesh& me
   FormFactorMatrix::Rows rows =
       read_hdf5(file, kRowsFormat, kRowsHold, [&](H5::H5File& in, const Attributes& attributes) {
         const Index patches = facts_of(attributes).patches;
-        if (patches != mesh.patch_count() || attributes.number<std::uint64_t>("mesh_digest") != digest(mesh))
+        if (patches != mesh.cluster_count() ||
+            attributes.number<std::uint64_t>("mesh_digest") != digest(mesh))
           throw InputError(fmt::format(
               "{}: its form factors are of other patches ({}) than these ({}): it takes the same mesh and "
               "--patch-size; it was made by '{}'",
-              file.string(), patches, mesh.patch_count(), attributes.text("command")));
+              file.string(), patches, mesh.cluster_count(), attributes.text("command")));
         for_each_number(report, [&](const char* name, auto& value) {
           using T = std::decay_t<decltype(value)>;
           value = static_cast<T>(attributes.number<Stored<T>>(name));
@@ -123,6 +134,13 @@ AssembledFormFactors read_form_factors(const fs::path& file, const PatchMesh& me
         if (const std::string warnings = attributes.text("warnings"); !warnings.empty()) {
           std::istringstream lines(warnings);
           for (std::string line; std::getline(lines, line);) report.warnings.push_back(line);
+        }
+        if (in.nameExists("unreliable")) {
+          const auto clusters = read_array<Index>(in, "unreliable");
+          const auto shares = read_array<double>(in, "unreliable_share");
+          for (std::size_t k = 0; k < std::min(clusters.size(), shares.size()); ++k)
+            if (clusters[k] >= 0 && clusters[k] < patches)
+              report.unreliable.emplace_back(clusters[k], shares[k]);
         }
         FormFactorMatrix::Rows out;
         out.n = patches;

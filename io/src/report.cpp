@@ -35,6 +35,7 @@ Json to_json(const Report::SceneFacts& scene) {
   Json json = {{"file", scene.file},
                {"surfaces", scene.surfaces},
                {"patches", scene.patches},
+               {"pieces", scene.pieces},
                {"bands", scene.bands},
                {"area_m2", scene.area_m2},
                {"bounds_m", Json::array({numbers(scene.lower), numbers(scene.upper)})},

@@ -18,14 +18,15 @@ namespace {
 class Joiner {
  public:
   Joiner(const PatchMesh& mesh, double factor, std::span<const std::uint8_t> apart)
-      : mesh_(mesh), factor_(factor), apart_(apart), group_(mesh.patch_count()) {}
+      : mesh_(mesh), factor_(factor), apart_(apart), group_(mesh.cluster_count()) {}
 
-  // By the cells of a grid in the plane of the facet.
+  // By the cells of a grid in the plane of the facet. Its patches are by themselves.
   void join(const Facet& facet) {
     const FacetAxes axes(mesh_, facet);
-    // Rectangles are the cells of their grid; others have cells of their mean area.
-    const Eigen::Vector2d fine = axes.cell.value_or(
-        Eigen::Vector2d::Constant(std::sqrt(axes.area / static_cast<double>(facet.patches.size()))));
+    // Rectangles are the cells of their grid, unless the first is a sliver; others have cells of their mean area.
+    const double mean = axes.area / static_cast<double>(facet.patches.size());
+    const bool grid = axes.cell && axes.cell->prod() >= 0.5 * mean;
+    const Eigen::Vector2d fine = grid ? *axes.cell : Eigen::Vector2d::Constant(std::sqrt(mean));
     constexpr double kRounding = 1e-6;
     const Eigen::Array2d count =
         (axes.box.sizes().array() / (factor_ * fine.array()) - kRounding).ceil().max(1).min(double{1 << 20});
@@ -35,25 +36,34 @@ class Joiner {
           ((axes.flat(mesh_.centroid(i)) - axes.box.min()).array() / axes.box.sizes().array() * count +
            kRounding)
               .floor();
-      const auto [found, is_new] = number.try_emplace(
-          {mesh_.material(i), apart_[i], static_cast<Index>(cell.x()), static_cast<Index>(cell.y())},
-          groups_);
+      const auto [found, is_new] =
+          number.try_emplace({mesh_.material(i), apart_[mesh_.cluster(i)], static_cast<Index>(cell.x()),
+                              static_cast<Index>(cell.y())},
+                             groups_);
       groups_ += is_new ? 1 : 0;
-      group_[i] = found->second;
+      group_[mesh_.cluster(i)] = found->second;
     }
   }
 
-  // Facets of one patch: those that face the same side of a cube, halved along their longest extent until few are left.
-  void join(const std::vector<Index>& single) {
+  // Clusters, and facets of one patch: those that face the same side of a cube, halved along their longest extent until few are left.
+  void join(const std::vector<Index>& clusters) {
     std::map<std::array<Index, 3>, std::vector<Index>> alike;
-    for (const Index i : single) {
+    centroids_.resize(group_.size());
+    for (const Index c : clusters) {
+      Vec3 n = Vec3::Zero(), x = n;
+      const Vec3& origin = mesh_.centroid(mesh_.members(c)[0]);
+      for (const Index i : mesh_.members(c)) {
+        n += mesh_.area(i) * mesh_.normal(i);
+        x += mesh_.area(i) * (mesh_.centroid(i) - origin);
+      }
+      centroids_[c] = x / mesh_.cluster_areas()[c] + origin;
       Eigen::Index axis = 0;
-      const Vec3& n = mesh_.normal(i);
       n.cwiseAbs().maxCoeff(&axis);
-      alike[{mesh_.material(i), apart_[i], static_cast<Index>(2 * axis + (n[axis] < 0 ? 1 : 0))}].push_back(
-          i);
+      alike[{mesh_.material(mesh_.members(c)[0]), apart_[c],
+             static_cast<Index>(2 * axis + (n[axis] < 0 ? 1 : 0))}]
+          .push_back(c);
     }
-    for (auto& [key, patches] : alike) halve(patches);
+    for (auto& [key, same] : alike) halve(same);
   }
 
   Coarsening result() const {
@@ -67,34 +77,35 @@ class Joiner {
   }
 
  private:
-  void halve(std::span<Index> patches) {
+  void halve(std::span<Index> clusters) {
     Eigen::AlignedBox3d box;
     double largest = 0;
-    for (const Index i : patches) {
-      box.extend(mesh_.centroid(i));
-      largest = std::max(largest, mesh_.area(i));
+    for (const Index c : clusters) {
+      box.extend(centroids_[c]);
+      largest = std::max(largest, mesh_.cluster_areas()[c]);
     }
-    const bool few = static_cast<double>(patches.size()) <= 1.5 * factor_ * factor_;
+    const bool few = static_cast<double>(clusters.size()) <= 1.5 * factor_ * factor_;
     const bool near = box.diagonal().norm() <= 3 * factor_ * std::sqrt(largest);
-    if (patches.size() == 1 || (few && near)) {
-      for (const Index i : patches) group_[i] = groups_;
+    if (clusters.size() == 1 || (few && near)) {
+      for (const Index c : clusters) group_[c] = groups_;
       ++groups_;
       return;
     }
     Eigen::Index axis = 0;
     box.sizes().maxCoeff(&axis);
-    const auto middle = patches.begin() + static_cast<std::ptrdiff_t>(patches.size() / 2);
-    std::nth_element(patches.begin(), middle, patches.end(), [&](Index a, Index b) {
-      return std::pair(mesh_.centroid(a)[axis], a) < std::pair(mesh_.centroid(b)[axis], b);
+    const auto middle = clusters.begin() + static_cast<std::ptrdiff_t>(clusters.size() / 2);
+    std::nth_element(clusters.begin(), middle, clusters.end(), [&](Index a, Index b) {
+      return std::pair(centroids_[a][axis], a) < std::pair(centroids_[b][axis], b);
     });
-    halve({patches.begin(), middle});
-    halve({middle, patches.end()});
+    halve({clusters.begin(), middle});
+    halve({middle, clusters.end()});
   }
 
   const PatchMesh& mesh_;
   double factor_;
   std::span<const std::uint8_t> apart_;
-  std::vector<Index> group_;
+  std::vector<Index> group_;     // of clusters
+  std::vector<Vec3> centroids_;  // of those that are joined by place
   Index groups_ = 0;
 };
 
@@ -103,18 +114,22 @@ class Joiner {
 Coarsening coarsen(const PatchMesh& mesh, std::span<const Facet> facets, double factor,
                    std::span<const std::uint8_t> apart) {
   if (!(factor >= 1)) throw InputError(fmt::format("coarser patches: a factor of {} is below 1", factor));
-  if (apart.size() != at(mesh.patch_count()))
+  if (apart.size() != at(mesh.cluster_count()))
     throw InputError(
-        fmt::format("coarser patches: {} classes for {} patches", apart.size(), mesh.patch_count()));
+        fmt::format("coarser patches: {} classes for {} patches", apart.size(), mesh.cluster_count()));
   Joiner joiner(mesh, factor, apart);
-  std::vector<Index> single;
+  std::vector<Index> others;
+  for (Index c = 0; c < mesh.cluster_count(); ++c)
+    if (mesh.members(c).size() > 1) others.push_back(c);
   for (const Facet& facet : facets) {
-    if (facet.patches.size() == 1)
-      single.push_back(facet.patches[0]);
-    else
-      joiner.join(facet);
+    Facet part = facet;
+    std::erase_if(part.patches, [&](Index i) { return mesh.members(mesh.cluster(i)).size() > 1; });
+    if (part.patches.size() == 1)
+      others.push_back(mesh.cluster(part.patches[0]));
+    else if (!part.patches.empty())
+      joiner.join(part);
   }
-  joiner.join(single);
+  joiner.join(others);
   return joiner.result();
 }
 

@@ -7,8 +7,11 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
+#include <utility>
 
 #include "contacts.hpp"
+#include "join_near.hpp"
 #include "radiosity/meshing/disjoint_sets.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/meshing/facets.hpp"
@@ -73,10 +76,42 @@ std::vector<Index> shared_corners(const Pieces& pieces, const Surface& surface) 
   return first;
 }
 
-Index count_with_backs(const Pieces& pieces, const Surface& surface, const Scene& scene) {
-  Index count = 0;
-  for (const Index p : pieces.polygon) count += scene.two_sided(surface.face[p]) ? 2 : 1;
-  return count;
+/// Clusters of the fronts of pieces.
+struct Joined {
+  std::vector<Index> cluster;  // per piece
+  Index count = 0;             // with those of backs, which are joined as their fronts are
+};
+
+/// wall_area: per polygon, of the facet that it is part of.
+Joined join_small(const Pieces& pieces, const Surface& surface, const Scene& scene,
+                  std::span<const double> wall_area, double size) {
+  constexpr double kSmallWall = 1.0 / 2, kSliver = 1.0 / 16;  // of the square of the size
+  std::vector<Joinable> items;
+  items.reserve(pieces.polygon.size());
+  for (std::size_t p = 0; p < pieces.polygon.size(); ++p) {
+    const auto first = at(pieces.start[p]), count = at(pieces.start[p + 1]) - first;
+    const auto corners = std::span(pieces.corners).subspan(first, count);
+    const Index polygon = pieces.polygon[p];
+    Joinable& item = items.emplace_back();
+    item.centroid = Vec3::Zero();
+    for (const Index c : corners) {
+      item.box.extend(pieces.points[c]);
+      item.centroid += pieces.points[c] / static_cast<double>(count);
+    }
+    const Vec3 area_vector = polygon::area_vector(pieces.points, corners);
+    item.area = area_vector.norm();
+    item.normal = area_vector / item.area;
+    const double square = size * size;
+    const bool small = std::isfinite(size) &&
+                       (wall_area[at(polygon)] <= kSmallWall * square || item.area <= kSliver * square);
+    item.kind = small ? 2 * surface.material[polygon] + (scene.two_sided(surface.face[polygon]) ? 1 : 0) : -1;
+  }
+  Joined out{join_near(items, size)};
+  std::vector<std::uint8_t> seen(pieces.polygon.size(), 0);
+  for (std::size_t p = 0; p < pieces.polygon.size(); ++p)
+    if (std::exchange(seen[at(out.cluster[p])], 1) == 0)
+      out.count += scene.two_sided(surface.face[pieces.polygon[p]]) ? 2 : 1;
+  return out;
 }
 
 /// Which patch of a mesh of whole polygons a piece, or its back, belongs to: fronts are numbered as the polygons, then backs.
@@ -93,9 +128,9 @@ Whole number_wholes(const Surface& surface, const Scene& scene) {
   return out;
 }
 
-/// `of_wholes` are facets of the mesh of whole polygons; null: they are not known.
+/// `of_wholes` are facets of the mesh of whole polygons; null: they are not known. `cluster`: of pieces; none where it is empty.
 PatchMesh to_mesh(const Pieces& pieces, const Surface& surface, const Scene& scene,
-                  const std::vector<Facet>* of_wholes = nullptr) {
+                  const std::vector<Facet>* of_wholes = nullptr, std::span<const Index> cluster = {}) {
   const std::vector<Index> shared = shared_corners(pieces, surface);
   PatchMesh::Arrays arrays;
   std::vector<Index> whole_of;  // patches
@@ -121,6 +156,7 @@ PatchMesh to_mesh(const Pieces& pieces, const Surface& surface, const Scene& sce
       arrays.patch_surface.push_back(surface.face[polygon]);
       arrays.patch_material.push_back(material);
       whole_of.push_back(wholes.of(polygon, back));
+      if (!cluster.empty()) arrays.patch_cluster.push_back(2 * cluster[p] + (back ? 1 : 0));
     }
   };
   add_patches(false);
@@ -212,18 +248,25 @@ std::vector<Index> drop_contained(Surface& faces, Surface& polygons, const Conta
 struct Sized {
   Pieces pieces;
   double size;
+  Joined joined = {};
 };
 
-/// The size whose number of patches comes closest to the target.
-Sized fit(const Subdivision& subdivision, const Surface& surface, const Scene& scene, Index target) {
+/// Per polygon, the area of the facet that it is part of, m².
+std::vector<double> wall_areas(const PatchMesh& wholes, const std::vector<Facet>& walls) {
+  std::vector<double> out(at(wholes.patch_count()), 0);
+  for (const Facet& wall : walls) {
+    double area = 0;
+    for (const Index polygon : wall.patches) area += wholes.area(polygon);
+    for (const Index polygon : wall.patches) out[at(polygon)] = area;
+  }
+  return out;
+}
+
+/// The size whose number of clusters comes closest to the target.
+Sized fit(const Subdivision& subdivision, const Surface& surface, const Scene& scene,
+          std::span<const double> wall_area, Index target) {
   if (target < 1) throw InputError(fmt::format("patches: a target of {} patches is not at least 1", target));
-  const auto off = [&](const Pieces& pieces) {
-    return std::log(static_cast<double>(count_with_backs(pieces, surface, scene)) / target);
-  };
-  Sized best{subdivision.pieces(std::numeric_limits<double>::infinity()),
-             std::numeric_limits<double>::infinity()};
-  double best_off = off(best.pieces);
-  if (best_off >= 0) return best;
+  const auto off = [&](const Joined& joined) { return std::log(static_cast<double>(joined.count) / target); };
   double area = 0;
   for (Index p = 0; p < surface.count(); ++p)
     area += polygon::area_vector(surface.points, surface.loop(p)).norm() *
@@ -231,19 +274,21 @@ Sized fit(const Subdivision& subdivision, const Surface& surface, const Scene& s
   double size = std::sqrt(area / target);
   // Long and narrow faces have more patches along their edges than their area asks for.
   constexpr double kFarOff = 8;
-  while (subdivision.expected(size) > kFarOff * target && std::isfinite(size)) size *= 2;
+  while (subdivision.expected(size) > kFarOff * std::max<double>(target, surface.count()) &&
+         std::isfinite(size))
+    size *= 2;
   constexpr int kRounds = 6;
-  for (int round = 0; round < kRounds && std::abs(best_off) > 0.05; ++round) {
+  std::optional<Sized> best;
+  for (int round = 0; round < kRounds && (!best || std::abs(off(best->joined)) > 0.05); ++round) {
     Pieces pieces = subdivision.pieces(size);
-    const double here = off(pieces);
+    Joined joined = join_small(pieces, surface, scene, wall_area, size);
+    const double here = off(joined);
     const double next = size * std::exp(here / 2);
-    if (std::abs(here) < std::abs(best_off)) {
-      best = {std::move(pieces), size};
-      best_off = here;
-    }
+    if (!best || std::abs(here) < std::abs(off(best->joined)))
+      best = {std::move(pieces), size, std::move(joined)};
     size = next;
   }
-  return best;
+  return *std::move(best);
 }
 
 }  // namespace
@@ -289,16 +334,22 @@ Patches make_patches(const Scene& scene, const PatchOptions& options) {
     repairs.non_planar_faces += split ? 1 : 0;
     repairs.triangulated_faces += split || !is_triangle_or_convex_quad(polygons, p) ? 1 : 0;
   }
-  const auto sized = std::visit(
-      Overloaded{[&](const AutoPatches& wanted) { return fit(subdivision, polygons, scene, wanted.target); },
-                 [&](const PatchSize& wanted) {
-                   return Sized{subdivision.pieces(wanted.metres), wanted.metres};
-                 },
-                 [&](const KeepFaces&) -> Sized { return {}; }},
-      options);
   // What hides and is hidden: the polygons before they are cut.
-  const std::vector<Facet> walls = facets(to_mesh(subdivision.outlines(), polygons, scene));
-  return {to_mesh(sized.pieces, polygons, scene, &walls), repairs, std::move(warnings),
+  const PatchMesh wholes = to_mesh(subdivision.outlines(), polygons, scene);
+  const std::vector<Facet> walls = facets(wholes);
+  const std::vector<double> wall_area = wall_areas(wholes, walls);
+  const Sized sized =
+      std::visit(Overloaded{[&](const AutoPatches& wanted) {
+                              return fit(subdivision, polygons, scene, wall_area, wanted.target);
+                            },
+                            [&](const PatchSize& wanted) {
+                              Pieces pieces = subdivision.pieces(wanted.metres);
+                              Joined joined = join_small(pieces, polygons, scene, wall_area, wanted.metres);
+                              return Sized{std::move(pieces), wanted.metres, std::move(joined)};
+                            },
+                            [&](const KeepFaces&) -> Sized { return {}; }},
+                 options);
+  return {to_mesh(sized.pieces, polygons, scene, &walls, sized.joined.cluster), repairs, std::move(warnings),
           std::isfinite(sized.size) ? sized.size : 0};
 }
 

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numeric>
+#include <unordered_map>
 
 #include "polygon.hpp"
 #include "radiosity/meshing/error.hpp"
@@ -91,7 +93,8 @@ struct Topology {
 }  // namespace
 
 PatchMesh::PatchMesh(Arrays arrays) : arrays_(std::move(arrays)) {
-  const auto& [vertices, corners, patch_start, patch_surface, patch_material, materials, facets] = arrays_;
+  const auto& [vertices, corners, patch_start, patch_surface, patch_material, materials, facets,
+               patch_cluster] = arrays_;
   constexpr auto kMost = static_cast<std::size_t>(std::numeric_limits<Index>::max());
   validate(std::span<const Material>(materials));
   const std::size_t patches = patch_material.size();
@@ -172,6 +175,7 @@ PatchMesh::PatchMesh(Arrays arrays) : arrays_(std::move(arrays)) {
     triangle_start_.push_back(static_cast<Index>(triangles_.size()));
   }
   if (patches == 0) lower_ = upper_ = Vec3::Zero();
+  number_clusters();
 
   vertex_patches_.start.assign(vertices.size() + 1, 0);
   for (const Index v : corners) ++vertex_patches_.start[v + 1];
@@ -227,6 +231,58 @@ PatchMesh PatchMesh::with_materials(std::vector<Material> materials) const {
   mesh.arrays_.materials = std::move(materials);
   mesh.spread_powers();
   return mesh;
+}
+
+PatchMesh PatchMesh::with_clusters(std::vector<Index> patch_cluster) const {
+  PatchMesh mesh = *this;
+  mesh.arrays_.patch_cluster = std::move(patch_cluster);
+  mesh.number_clusters();
+  return mesh;
+}
+
+void PatchMesh::number_clusters() {
+  std::vector<Index>& cluster = arrays_.patch_cluster;
+  const auto patches = at(patch_count());
+  if (!cluster.empty() && cluster.size() != patches)
+    throw InputError(fmt::format("{} numbers of clusters for {} patches", cluster.size(), patches));
+  std::unordered_map<Index, Index> number;
+  std::vector<Index> first;
+  for (std::size_t p = 0; p < cluster.size(); ++p) {
+    const auto [found, is_new] = number.try_emplace(cluster[p], static_cast<Index>(first.size()));
+    if (is_new) first.push_back(static_cast<Index>(p));
+    const Index known = first[at(found->second)];
+    if (material(known) != material(static_cast<Index>(p)))
+      throw InputError(
+          fmt::format("patches {} and {} are in one cluster, but of different materials", known, p));
+    cluster[p] = found->second;
+  }
+  members_ = {};
+  members_.items.resize(patches);
+  std::iota(members_.items.begin(), members_.items.end(), 0);
+  cluster_areas_.resize(0);
+  if (first.size() == patches) cluster.clear();
+  if (cluster.empty()) return;
+  std::stable_sort(members_.items.begin(), members_.items.end(),
+                   [&](Index a, Index b) { return cluster[at(a)] < cluster[at(b)]; });
+  members_.start.assign(first.size() + 1, 0);
+  cluster_areas_ = Eigen::ArrayXd::Zero(static_cast<Eigen::Index>(first.size()));
+  for (std::size_t p = 0; p < patches; ++p) {
+    ++members_.start[at(cluster[p]) + 1];
+    cluster_areas_[cluster[p]] += areas_[static_cast<Eigen::Index>(p)];
+  }
+  std::partial_sum(members_.start.begin(), members_.start.end(), members_.start.begin());
+}
+
+BandArray PatchMesh::per_cluster(const BandArray& per_patch) const {
+  if (!clustered()) return per_patch;
+  BandArray out(cluster_count(), per_patch.cols());
+  for (Index c = 0; c < cluster_count(); ++c) out.row(c) = per_patch.row(members(c)[0]);
+  return out;
+}
+
+BandArray PatchMesh::per_patch(const BandArray& per_cluster) const {
+  if (!clustered()) return per_cluster;
+  return per_cluster(arrays_.patch_cluster, Eigen::all);
 }
 
 /// E = Φ / A

@@ -21,6 +21,7 @@ double longest_edge(const PatchMesh& mesh) {
 }  // namespace
 
 PreparedMesh prepare(Patches patches, const PatchOptions& options, const Stopwatch& watch) {
+  patches.mesh = patches.mesh.with_clusters({});  // what is compared is told of each patch
   PreparedMesh out{{.options = options}, std::make_unique<Patches>(std::move(patches)), {}};
   out.visibility = std::make_unique<const Visibility>(out.mesh());
   out.facts.size = out.patches->patch_size > 0 ? out.patches->patch_size : longest_edge(out.mesh());

@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numeric>
 
 #include "radiosity/meshing/disjoint_sets.hpp"
 #include "radiosity/meshing/error.hpp"
@@ -85,6 +87,77 @@ std::optional<Elements> gather_elements(const Visibility& visibility, const Solu
   return Elements{std::move(fine.mesh),  std::move(patch),       std::move(radiosity),
                   std::move(irradiance), std::move(at_vertices), std::move(standard_error),
                   gather.size,           gathered.samples};
+}
+
+std::optional<Elements> gather_members(const Visibility& visibility, const Solution& solution,
+                                       const ElementGather& gather) {
+  const PatchMesh& mesh = visibility.mesh();
+  // Rays in proportion to √A, which gives the least Σ A σ² for their number, in steps of 32 k².
+  constexpr Index kSteps = 8;
+  std::array<std::vector<Index>, kSteps + 1> by_step;
+  double area = 0;
+  Index count = 0;
+  const auto is_member = [&](Index i) {
+    return !visibility.covered(i) && mesh.members(mesh.cluster(i)).size() > 1;
+  };
+  for (Index i = 0; i < mesh.patch_count(); ++i)
+    if (is_member(i)) {
+      area += mesh.area(i);
+      ++count;
+    }
+  const auto rays = [&](double a) { return gather.samples * std::sqrt(a * count / area); };
+  for (Index i = 0; i < mesh.patch_count(); ++i)
+    if (is_member(i))
+      by_step[std::clamp(static_cast<Index>(std::lround(std::sqrt(rays(mesh.area(i)) / 32))), Index{1},
+                         kSteps)]
+          .push_back(i);
+
+  BandArray irradiance = solution.irradiance;
+  BandArray standard_error = BandArray::Zero(irradiance.rows(), irradiance.cols());
+  Index done = 0;
+  for (Index step = 1; step <= kSteps; ++step) {
+    const std::vector<Index>& lit = by_step[step];
+    std::vector<Sensor> sensors;
+    for (const Index i : lit) sensors.push_back({mesh.centroid(i), mesh.normal(i)});
+    const double before = static_cast<double>(done) / std::max<Index>(count, 1);
+    const double share = static_cast<double>(lit.size()) / std::max<Index>(count, 1);
+    const ProbeResult gathered = probe(
+        visibility, solution.radiosity, solution.vertex_radiosity, sensors,
+        {.samples = 32 * step * step, .seed = gather.seed, .patch = lit, .progress = [&](double fraction) {
+           return !gather.progress || gather.progress(before + fraction * share);
+         }});
+    if (!gathered.completed) return std::nullopt;
+    irradiance(lit, Eigen::all) = gathered.irradiance.max(0);  // no light is negative, whatever its noise
+    standard_error(lit, Eigen::all) = gathered.standard_error;
+    done += static_cast<Index>(lit.size());
+  }
+  for (Index c = 0; c < mesh.cluster_count(); ++c) {
+    const auto members = mesh.members(c);
+    if (members.size() == 1) continue;
+    for (Index b = 0; b < irradiance.cols(); ++b) {
+      const double whole = solution.irradiance(members[0], b);
+      double mean = 0;
+      for (const Index i : members) mean += mesh.area(i) / mesh.cluster_areas()[c] * irradiance(i, b);
+      for (const Index i : members) {
+        irradiance(i, b) = mean > 0 ? whole / mean * irradiance(i, b) : whole;
+        standard_error(i, b) = mean > 0 ? whole / mean * standard_error(i, b) : 0;
+      }
+    }
+  }
+  const BandArray reflectance = mesh.reflectance();
+  standard_error *= reflectance;
+  std::vector<Index> patch(static_cast<std::size_t>(mesh.patch_count()));
+  std::iota(patch.begin(), patch.end(), 0);
+  BandArray radiosity = mesh.emission() + reflectance * irradiance;
+  BandArray at_vertices = vertex_values(mesh, radiosity);
+  return Elements{mesh,
+                  std::move(patch),
+                  std::move(radiosity),
+                  std::move(irradiance),
+                  std::move(at_vertices),
+                  std::move(standard_error),
+                  gather.size,
+                  gather.samples};
 }
 
 }  // namespace radiosity

@@ -72,16 +72,15 @@ Cheaper cheaper(const FormFactorMethod& method) {
   return out;
 }
 
-// Root mean square over a patch and those that share a vertex with it: one difference is a poor estimate of a deviation.
+// Root mean square over a cluster and those that share a vertex with it: one difference is a poor estimate of a deviation.
 BandArray smooth(const PatchMesh& mesh, const BandArray& error) {
   BandArray out(error.rows(), error.cols());
   std::vector<Index> round;
-  for (Index i = 0; i < mesh.patch_count(); ++i) {
+  for (Index i = 0; i < mesh.cluster_count(); ++i) {
     round.assign(1, i);
-    for (const Index v : mesh.corners(i)) {
-      const auto patches = mesh.vertex_patches(v);
-      round.insert(round.end(), patches.begin(), patches.end());
-    }
+    for (const Index member : mesh.members(i))
+      for (const Index v : mesh.corners(member))
+        for (const Index patch : mesh.vertex_patches(v)) round.push_back(mesh.cluster(patch));
     std::sort(round.begin(), round.end());
     round.erase(std::unique(round.begin(), round.end()), round.end());
     Eigen::Array<double, 1, Eigen::Dynamic> sum = Eigen::Array<double, 1, Eigen::Dynamic>::Zero(error.cols());
@@ -103,7 +102,7 @@ std::optional<Noise> error_on_larger_patches(const SolvedProblem& problem, const
                                              const Cheaper& other) {
   if (!(problem.patches.patch_size > 0)) return std::nullopt;
   const Patches larger = make_patches(problem.scene, PatchSize{2 * problem.patches.patch_size});
-  if (larger.mesh.patch_count() > 0.7 * problem.patches.mesh.patch_count()) return std::nullopt;
+  if (larger.mesh.cluster_count() > 0.7 * problem.patches.mesh.cluster_count()) return std::nullopt;
   const Visibility visibility(larger.mesh);
   const Solved given = solve_on(problem, larger.mesh, visibility, options);
   if ((given.lamps > 0) != (problem.lamps > 0)) return std::nullopt;
@@ -111,15 +110,16 @@ std::optional<Noise> error_on_larger_patches(const SolvedProblem& problem, const
       (solve_on(problem, larger.mesh, visibility, other.options, given.pair_rows).radiosity -
        given.radiosity) /
       (2 * other.divisor);
-  const Eigen::ArrayXd square =
-      mean_square(larger.mesh.areas(), error, given.radiosity - larger.mesh.emission());
-  const BandArray reflected = problem.solution.radiosity - problem.patches.mesh.emission();
+  const Eigen::ArrayXd square = mean_square(
+      larger.mesh.cluster_areas(), error, given.radiosity - larger.mesh.per_cluster(larger.mesh.emission()));
+  const PatchMesh& mesh = problem.patches.mesh;
+  const BandArray reflected = mesh.per_cluster(problem.solution.radiosity - mesh.emission());
   return Noise{square, reflected.rowwise() * square.sqrt().transpose()};
 }
 
 Noise form_factor_error(const SolvedProblem& problem, const FormFactorMethod& method) {
   const PatchMesh& mesh = problem.patches.mesh;
-  const BandArray& radiosity = problem.solution.radiosity;
+  const BandArray radiosity = mesh.per_cluster(problem.solution.radiosity);
   if (method.exact())
     return {Eigen::ArrayXd::Zero(radiosity.cols()), BandArray::Zero(radiosity.rows(), radiosity.cols())};
   const Cheaper other = cheaper(method);
@@ -128,7 +128,27 @@ Noise form_factor_error(const SolvedProblem& problem, const FormFactorMethod& me
   const BandArray error =
       (solve_on(problem, mesh, problem.visibility, other.options, problem.pair_rows).radiosity - radiosity) /
       other.divisor;
-  return {mean_square(mesh.areas(), error, radiosity - mesh.emission()), smooth(mesh, error)};
+  return {mean_square(mesh.cluster_areas(), error, radiosity - mesh.per_cluster(mesh.emission())),
+          smooth(mesh, error)};
+}
+
+// Of factors that are known to be wrong: see estimate_error. Per band, relative.
+Eigen::ArrayXd unreliable_square(const SolvedProblem& problem, std::vector<std::string>& notes) {
+  const PatchMesh& mesh = problem.patches.mesh;
+  const BandArray reflected = mesh.per_cluster(problem.solution.radiosity - mesh.emission());
+  Eigen::ArrayXd share = Eigen::ArrayXd::Zero(mesh.cluster_count());
+  for (const auto& [cluster, wrong] : problem.unreliable) share[cluster] = wrong;
+  const BandArray power = reflected.colwise() * mesh.cluster_areas(), square = power * reflected;
+  const auto part = [](const BandArray& values, const Eigen::ArrayXd& weight) -> Eigen::ArrayXd {
+    const Eigen::ArrayXd all = values.colwise().sum().transpose();
+    return (all > 0).select((values.colwise() * weight).colwise().sum().transpose() / all, 0.0);
+  };
+  const Eigen::ArrayXd out = part(square, share.square()) + part(power, share).square();
+  if (!problem.unreliable.empty())
+    notes.push_back(
+        fmt::format("what nearly touches others of {} patches counts as wrong altogether: {:.2g} %",
+                    problem.unreliable.size(), 100 * std::sqrt(out.maxCoeff())));
+  return out;
 }
 
 // What exchanges nothing.
@@ -167,19 +187,21 @@ CoarseError coarse_error(const SolvedProblem& problem, const FormFactorMatrix& f
       static_cast<std::size_t>(larger.count));  // members: one material, so one ρ and one E
   Eigen::ArrayXd areas = Eigen::ArrayXd::Zero(larger.count);
   Eigen::ArrayXi members = Eigen::ArrayXi::Zero(larger.count);
-  for (Index i = mesh.patch_count() - 1; i >= 0; --i) {
+  for (Index i = mesh.cluster_count() - 1; i >= 0; --i) {
     const Index p = larger.parent[i];
-    first[p] = i;
-    areas[p] += mesh.area(i);
+    first[p] = mesh.members(i)[0];
+    areas[p] += mesh.cluster_areas()[i];
     ++members[p];
   }
   const auto of_first = [&](const BandArray& values) -> BandArray { return values(first, Eigen::all); };
   const BandArray emission = of_first(mesh.emission());
-  const FormFactorMatrix aggregated = aggregate(f, mesh.areas(), larger);
+  const FormFactorMatrix aggregated = aggregate(f, mesh.cluster_areas(), larger);
   const RadiositySystem system(aggregated, areas, of_first(mesh.reflectance()), emission,
                                of_first(mesh.absorptance()));
   const BandArray radiosity = problem.solver.solve(system, quiet(problem.solver_options)).radiosity;
-  CoarseError out{radiosity - restrict_to(larger, mesh.areas(), problem.solution.radiosity), {}};
+  CoarseError out{
+      radiosity - restrict_to(larger, mesh.cluster_areas(), mesh.per_cluster(problem.solution.radiosity)),
+      {}};
   for (Index p = 0; p < larger.count; ++p)
     if (members[p] == 1) out.difference.row(p).setConstant(kNan);
   out.relative_square = mean_square(areas, out.difference, radiosity - emission);
@@ -243,7 +265,7 @@ ErrorEstimate estimate(const SolvedProblem& problem, std::unique_ptr<const FormF
 
   const BandArray reflected = radiosity - mesh.emission();
   Eigen::ArrayXd square = Eigen::ArrayXd::Constant(radiosity.cols(), out.solver * out.solver);
-  out.per_patch = (out.solver * reflected).square();
+  out.per_patch = mesh.per_cluster(out.solver * reflected).square();
 
   const auto patches = attempt("patches", out.notes, [&] {
                          return patch_error(problem, *form_factors, out.notes);
@@ -259,20 +281,13 @@ ErrorEstimate estimate(const SolvedProblem& problem, std::unique_ptr<const FormF
   const auto method = problem.method.make(problem.visibility, problem.form_factor_options);
   const auto noise = attempt("form factors", out.notes, [&] { return form_factor_error(problem, *method); });
   if (noise) {
-    const Eigen::ArrayXd all = noise->relative_square + problem.unrestored * problem.unrestored;
+    const Eigen::ArrayXd wrong = unreliable_square(problem, out.notes);
+    const Eigen::ArrayXd all = noise->relative_square + wrong + problem.unrestored * problem.unrestored;
     out.form_factors = std::sqrt(all.maxCoeff());
     square += all;
     out.per_patch += noise->per_patch.square();
   }
-  if (out.form_factors && problem.unreliable > 0) {
-    out.notes.push_back(
-        fmt::format("error of the form factors: those of {} patches that nearly touch others are wrong by an "
-                    "unknown amount; but for them it is {:.2g} %",
-                    problem.unreliable, 100 * *out.form_factors));
-    out.form_factors.reset();
-  }
-
-  out.per_patch = out.per_patch.sqrt();
+  out.per_patch = mesh.per_patch(out.per_patch.sqrt());
   out.known = std::sqrt(square.maxCoeff());
   if (!out.form_factors || !out.patches) return out;
   out.total = out.known;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numeric>
 
 #include "radiosity/formfactors/sides.hpp"
 #include "radiosity/formfactors/visibility.hpp"
@@ -51,6 +52,8 @@ class Prepared {
         out_{make_patches(scene, settings.patches.value_or(PatchOptions{})), bands, std::move(modelled)} {
     ended(SolveStage::patches, out_.patches.warnings);
     visibility_.emplace(out_.patches.mesh);
+    PatchMesh& mesh = out_.patches.mesh;  // its patches, which the visibility refers to, stay the same
+    mesh = mesh.with_clusters(clusters_apart(*visibility_));
     chosen_ = choose_method(*visibility_, settings, where_few);
     const SeenSides seen = seen_sides(*visibility_);
     look_outwards_ = seen.look_outwards;
@@ -70,7 +73,7 @@ class Prepared {
 
   /// All of F can be assembled within the memory limit.
   bool fits_memory() const {
-    return assembly_bytes(out_.patches.mesh.patch_count(), chosen_.method->max_entries_per_row()) <=
+    return assembly_bytes(out_.patches.mesh.cluster_count(), chosen_.method->max_entries_per_row()) <=
            static_cast<double>(memory_limit(task_.options.memory_limit_bytes));
   }
 
@@ -100,7 +103,7 @@ class Prepared {
       if (!out_.modelled.occlusion) saved.visibility_tests = pairs.free;
     }
     std::vector<std::string> warnings;
-    const Index n = out_.patches.mesh.patch_count();
+    const Index n = out_.patches.mesh.cluster_count();
     if (assembly.completed && assembly.isolated_patches > 0 && !look_outwards_)
       warnings.push_back(fmt::format("{} of {} {} see no other patch: they keep their own emission",
                                      assembly.isolated_patches, n, n == 1 ? "patch" : "patches"));
@@ -130,8 +133,8 @@ class Prepared {
 
 Solution nothing_exchanged(const PatchMesh& mesh, const RadiositySystem& system) {
   Solution solution;
-  solution.radiosity = system.emission();
-  solution.irradiance = BandArray::Zero(system.size(), system.bands());
+  solution.radiosity = mesh.emission();
+  solution.irradiance = BandArray::Zero(mesh.patch_count(), system.bands());
   solution.vertex_radiosity = vertex_values(mesh, solution.radiosity);
   solution.report.status = SolveStatus::stopped;
   solution.report.residual = 1;  // all that was emitted may be unaccounted for
@@ -205,7 +208,18 @@ std::optional<BandArray> SolvedScene::error_of_setup(Index k) const {
 }
 
 SolvedScene::Told SolvedScene::told_of_setup(Index k) const {
-  if (!elements) return {mesh_of_setup(k), solution_of_setup(k), error_of_setup(k), {}};
+  const auto clusters_of = [&](std::vector<Index> of_patches) {
+    for (Index& patch : of_patches) patch = patches.mesh.cluster(patch);
+    return of_patches;
+  };
+  if (!elements) {
+    std::vector<Index> each;
+    if (patches.mesh.clustered()) {
+      each.resize(static_cast<std::size_t>(patches.mesh.patch_count()));
+      std::iota(each.begin(), each.end(), 0);
+    }
+    return {mesh_of_setup(k), solution_of_setup(k), error_of_setup(k), clusters_of(std::move(each))};
+  }
   const auto of_setup = [&](const BandArray& all) -> BandArray { return all.middleCols(k * bands, bands); };
   Solution told = solution_of_setup(k);
   told.radiosity = of_setup(elements->radiosity);
@@ -217,7 +231,7 @@ SolvedScene::Told SolvedScene::told_of_setup(Index k) const {
     both = (of_patches.square() + of_setup(elements->standard_error).square()).sqrt();
   }
   return {elements->mesh.with_materials(select_bands(elements->mesh.materials(), k * bands, bands)),
-          std::move(told), std::move(both), elements->patch};
+          std::move(told), std::move(both), clusters_of(elements->patch)};
 }
 
 SolvedScene solve_once(const SceneToSolve& task, const SceneSettings& settings, std::string_view where_few) {
@@ -264,7 +278,7 @@ SolvedScene solve_once(const SceneToSolve& task, const SceneSettings& settings, 
     const RadiositySystem system(all_rows ? static_cast<const FormFactorRows&>(*matrix) : *rows, mesh);
     if (task.options.step)
       options.step = [&](Index iteration, double, const BandArray& radiosity) {
-        task.options.step(iteration, radiosity);
+        task.options.step(iteration, mesh.per_patch(radiosity));
         return true;
       };
     const Progress progress = task.watch.of(SolveStage::solve);
@@ -281,7 +295,7 @@ SolvedScene solve_once(const SceneToSolve& task, const SceneSettings& settings, 
     const auto bands =
         static_cast<std::uint64_t>(bands_left_out) * static_cast<std::uint64_t>(1 + task.setups.size());
     Modelled::Saved& saved = out.modelled.saved;
-    saved.radiosity_bytes = sizeof(double) * bands * static_cast<std::uint64_t>(mesh.patch_count());
+    saved.radiosity_bytes = sizeof(double) * bands * static_cast<std::uint64_t>(mesh.cluster_count());
     if (info.gathers)  // a shot reads a row, not F
       saved.band_products = bands * static_cast<std::uint64_t>(out.solution.report.iterations);
   }
@@ -309,10 +323,12 @@ SolvedScene solve_with_accuracy(const SceneToSolve& task, const SceneSettings& s
   return solve_to_accuracy(task, settings);
 }
 
-void add_elements(SolvedScene& solved, const SceneSettings& settings, double size, const SceneToSolve& task) {
+// Without a size, of the members of clusters.
+void add_elements(SolvedScene& solved, const SceneSettings& settings, const ElementSize* size,
+                  const SceneToSolve& task) {
   const Stopwatch watch;
   ElementGather gather;
-  gather.size = size;
+  gather.size = size != nullptr ? size->metres : solved.patches.patch_size;
   gather.samples = settings.element_samples.value_or(gather.samples);
   gather.seed = settings.seed.value_or(gather.seed);
   gather.progress = task.watch.of(SolveStage::elements);
@@ -320,7 +336,22 @@ void add_elements(SolvedScene& solved, const SceneSettings& settings, double siz
     gather.partial = task.options.partial_elements;
     gather.save = task.options.save_elements;
   }
-  solved.elements = gather_elements(Visibility(solved.patches.mesh), solved.solution, gather);
+  const Visibility visibility(solved.patches.mesh);
+  const auto gathered = [&] {
+    return size != nullptr ? gather_elements(visibility, solved.solution, gather)
+                           : gather_members(visibility, solved.solution, gather);
+  };
+  solved.elements = gathered();
+  // Where an accuracy was reached, the noise may be what is left of it.
+  if (solved.elements && solved.accuracy && solved.accuracy->reached && !settings.element_samples) {
+    const double goal = solved.accuracy->goal, known = solved.error->known;
+    const double more = std::pow(solved.elements->noise(), 2) / (goal * goal - known * known);
+    if (more > 1) {
+      constexpr double kMost = 32;
+      gather.samples = static_cast<Index>(std::ceil(std::min(1.1 * more, kMost) * gather.samples));
+      if (auto better = gathered()) solved.elements = std::move(better);
+    }
+  }
   if (solved.elements && solved.error) {
     ErrorEstimate& error = *solved.error;
     error.gather = solved.elements->noise();
@@ -344,13 +375,15 @@ SolvedScene solve_scene(const Scene& scene, const SceneSettings& settings, const
   const SceneToSolve task{decided, options, setups, watch};
   if (options.accuracy && (options.form_factors || options.partial_rows || options.partial_elements))
     throw InputError("an accuracy chooses patches and form factors: those of an earlier run cannot be used");
-  const auto* const size = settings.elements ? std::get_if<ElementSize>(&*settings.elements) : nullptr;
-  if (size != nullptr && !(size->metres > 0))
-    throw InputError(fmt::format("elements: size {} m is not positive", size->metres));
+  const auto* const given = settings.elements ? std::get_if<ElementSize>(&*settings.elements) : nullptr;
+  if (given != nullptr && !(given->metres > 0))
+    throw InputError(fmt::format("elements: size {} m is not positive", given->metres));
   SolvedScene solved =
       options.accuracy ? solve_with_accuracy(task, settings) : solve_once(task, settings, "analytic");
-  if (size != nullptr && solved.form_factors.assembly.completed && !watch.stopped())
-    add_elements(solved, settings, size->metres, task);
+  // The members of clusters do not look alike.
+  const bool of_clusters = !settings.elements && solved.patches.mesh.clustered();
+  if ((given != nullptr || of_clusters) && solved.form_factors.assembly.completed && !watch.stopped())
+    add_elements(solved, settings, given, task);
   return solved;
 }
 

@@ -93,7 +93,7 @@ class Rounds {
     // they are wrong by.
     const bool rays = best_->form_factors.method == "hemisphere";
     const bool known = best_->error && best_->error->form_factors;
-    if (best_->form_factors.exact || (rays && known) || best_->patches.mesh.patch_count() > kManyPatches)
+    if (best_->form_factors.exact || (rays && known) || best_->patches.mesh.cluster_count() > kManyPatches)
       return;
     first.resolution.reset();
     for (const OtherPilot& other : kOtherPilots) {
@@ -132,7 +132,7 @@ class Rounds {
       round.exact = facts.exact;
       round.reciprocal = facts.reciprocal;
       round.patch_size = solved.patches.patch_size;
-      round.patches = solved.patches.mesh.patch_count();
+      round.patches = solved.patches.mesh.cluster_count();
       round.seconds = watch.elapsed();
       round.error = *solved.error;
       if (options_.round_ended) options_.round_ended(round);
@@ -147,13 +147,19 @@ class Rounds {
   // An error of which a part is not known is worse than any that is.
   static std::pair<bool, double> worth(const ErrorEstimate& error) { return {!error.total, error.known}; }
 
-  bool reached() const {
-    return best_ && best_->error && worth(*best_->error) <= std::pair{false, report_.goal};
+  bool reached() const { return best_ && best_->error && worth(*best_->error) <= std::pair{false, goal()}; }
+
+  // What a gather in the end adds leaves less.
+  double goal() const {
+    const bool of_elements = settings_.elements && std::holds_alternative<ElementSize>(*settings_.elements);
+    const bool of_members = !settings_.elements && best_ && best_->patches.mesh.clustered();
+    constexpr double kWithGather = 0.85;  // the noise may be √(1 − 0.85²) = 0.53 of the goal
+    return (of_elements || of_members ? kWithGather : 1) * report_.goal;
   }
 
   AccuracyGoal limits() const {
     AccuracyGoal goal;
-    goal.error = report_.goal;
+    goal.error = this->goal();
     goal.seconds = task_.watch.left();
     const auto most = static_cast<double>(memory_limit(options_.memory_limit_bytes));
     goal.bytes = std::max<std::size_t>(1, static_cast<std::size_t>(kMemoryInUse * most));

@@ -58,7 +58,8 @@ RadiositySystem::RadiositySystem(const FormFactorOperator& form_factors, Eigen::
     : RadiositySystem(form_factors, std::move(areas), reflectance, std::move(emission), 1 - reflectance) {}
 
 RadiositySystem::RadiositySystem(const FormFactorOperator& form_factors, const PatchMesh& mesh)
-    : RadiositySystem(form_factors, mesh.areas(), mesh.reflectance(), mesh.emission(), mesh.absorptance()) {}
+    : RadiositySystem(form_factors, mesh.cluster_areas(), mesh.per_cluster(mesh.reflectance()),
+                      mesh.per_cluster(mesh.emission()), mesh.per_cluster(mesh.absorptance())) {}
 
 void RadiositySystem::validate() const {
   const Index n = size();

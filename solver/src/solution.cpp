@@ -42,8 +42,10 @@ Solution solve(const Solver& solver, const RadiositySystem& system, const PatchM
   solution.radiosity = std::move(result.radiosity);
   solution.report = std::move(result.report);
   solution.irradiance = system.irradiance(solution.radiosity);
-  solution.vertex_radiosity = vertex_values(mesh, solution.radiosity);
   solution.energy = energy_balance(system, solution.radiosity, solution.irradiance);
+  solution.radiosity = mesh.per_patch(solution.radiosity);
+  solution.irradiance = mesh.per_patch(solution.irradiance);
+  solution.vertex_radiosity = vertex_values(mesh, solution.radiosity);
   return solution;
 }
 

@@ -150,9 +150,9 @@ TEST_P(Pairwise, SaysSoWhereSmallLampsAreTooMany) {
       return warning.find("surfaces that emit") != std::string::npos;
     });
   };
-  const bool by_pairs = MethodSetup(cube_room(1), *GetParam()).method->reciprocal();
-  EXPECT_EQ(warnings(room_with_lamps(7, 1e-3)), by_pairs ? 0 : 1);  // 49 of 199 patches
-  EXPECT_EQ(warnings(room_with_lamps(5, 1e-3)), 0);                 // computed pair by pair
+  // 49 of 199 patches send 16 rays each: four arrive at each patch. Of the 768 cells of four viewpoints there are enough.
+  EXPECT_EQ(warnings(room_with_lamps(7, 1e-3)), GetParam()->name == "hemisphere" ? 1 : 0);
+  EXPECT_EQ(warnings(room_with_lamps(5, 1e-3)), 0);  // computed pair by pair
   coarse = setting_of(*GetParam(), 256);
   EXPECT_EQ(warnings(cube_room(4)), 0);  // all of it emits
 }

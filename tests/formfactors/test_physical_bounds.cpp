@@ -126,7 +126,8 @@ TEST_P(Bounds, AFurnishedRoomIsClosed) {
   // Furniture covers patches of walls and floor, and they it: those see nothing, and nothing escapes elsewhere.
   // Rows are closed however rough the factors of pairs that see each other in part are.
   const FormFactorOptions options{.samples = GetParam() == &analytic() ? 4 : 0};
-  const MethodSetup setup(make_patches(two_furnished_rooms(), PatchSize{2}).mesh, *GetParam(), options);
+  const MethodSetup setup(make_patches(two_furnished_rooms(), PatchSize{2}).mesh.with_clusters({}),
+                          *GetParam(), options);
   const auto [matrix, report] = assemble(*setup.method, setup.visibility);
   const Eigen::MatrixXd f = as_dense(matrix);
   EXPECT_TRUE(report.closed_scene);
@@ -149,7 +150,7 @@ TEST(Covered, AreNotTheTwoSidesOfAWall) {
 }
 
 TEST(SampledRows, SayHowMuchNoiseTheyHoldAndGiveALampItsFactorsWithinOneAndAHalfPercent) {
-  const PatchMesh mesh = make_patches(two_furnished_rooms(), PatchSize{2}).mesh;
+  const PatchMesh mesh = make_patches(two_furnished_rooms(), PatchSize{2}).mesh.with_clusters({});
   // To some 1e-3, a tenth of the noise that it is compared with.
   const Eigen::MatrixXd exact = MethodSetup(mesh, analytic(), {.samples = 4}).raw().f;
   for (const Index samples : {256, 4096}) {
@@ -172,7 +173,8 @@ TEST(SampledRows, SayHowMuchNoiseTheyHoldAndGiveALampItsFactorsWithinOneAndAHalf
 }
 
 TEST(AnalyticPairs, AreCountedOnceEach) {
-  const MethodSetup setup(make_patches(two_furnished_rooms(), PatchSize{2}).mesh, analytic(), {.samples = 1});
+  const MethodSetup setup(make_patches(two_furnished_rooms(), PatchSize{2}).mesh.with_clusters({}),
+                          analytic(), {.samples = 1});
   const PairCounts p = assemble(*setup.method, setup.visibility).report.pairs;
   const auto n = static_cast<std::uint64_t>(setup.size());
   // Patches of one group lie in one plane, and pairs of a patch with itself are not asked for.

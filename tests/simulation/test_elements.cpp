@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "cases/scenes.hpp"
@@ -169,6 +170,88 @@ TEST(Elements, LeaveThePatchesWhereTheWorkIsStopped) {
 TEST(Elements, RefuseSizesThatAreNone) {
   for (const double size : {0.0, -1.0, std::nan(""), 1e-7})
     EXPECT_THROW(solved(lit_cube(0.5, 0.5, 0.5), 0.5, size), InputError) << size;
+}
+
+/// A closed room of 2 × 2 × 2 m, its ceiling the lamp, with a screen of 40 × 40 small faces, which look up and down in turns.
+Scene room_with_scales() {
+  MeshBuilder builder;
+  builder.use_material(grey("wall", 0.5, 0));
+  const Vec3 x = 2 * Vec3::UnitX(), y = 2 * Vec3::UnitY(), z = 2 * Vec3::UnitZ();
+  builder.grid(Vec3::Zero(), x, y, 1, 1).grid(Vec3::Zero(), y, z, 1, 1).grid(Vec3::Zero(), z, x, 1, 1);
+  builder.grid(x, z, y, 1, 1).grid(y, x, z, 1, 1);
+  for (int a = 0; a < 40; ++a)
+    for (int b = 0; b < 40; ++b) {
+      const Vec3 corner(0.5 + 0.025 * a, 0.5 + 0.025 * b, 1);
+      if ((a + b) % 2 == 0)
+        builder.grid(corner, 0.02 * Vec3::UnitX(), 0.02 * Vec3::UnitY(), 1, 1);
+      else
+        builder.grid(corner, 0.02 * Vec3::UnitY(), 0.02 * Vec3::UnitX(), 1, 1);
+    }
+  builder.use_material(grey("lamp", 0, 1)).grid(z, y, x, 1, 1);
+  return scene_of(builder.build());
+}
+
+TEST(Elements, OfClustersAreTheirMembersWithTheMeanOfTheSolution) {
+  SceneSettings settings;
+  settings.patches = PatchSize{0.5};
+  const SolvedScene solved = solve_scene(room_with_scales(), settings);
+  const PatchMesh& mesh = solved.patches.mesh;
+  ASSERT_TRUE(mesh.clustered());
+  ASSERT_TRUE(solved.elements);
+  const Elements& e = *solved.elements;
+  ASSERT_EQ(e.mesh.patch_count(), mesh.patch_count());
+  for (Index c = 0; c < mesh.cluster_count(); ++c) {
+    double mean = 0;
+    for (const Index i : mesh.members(c)) mean += mesh.area(i) * e.irradiance(i, 0) / mesh.cluster_areas()[c];
+    EXPECT_NEAR(mean, solved.solution.irradiance(mesh.members(c)[0], 0), 1e-9);
+  }
+  EXPECT_NEAR(solved.solution.energy.imbalance[0], 0, 1e-5);
+  ASSERT_TRUE(solved.error && solved.error->total);
+  EXPECT_GE(*solved.error->total, e.noise());
+  const SolvedScene::Told told = solved.told_of_setup(0);
+  ASSERT_EQ(static_cast<Index>(told.patch.size()), mesh.patch_count());
+  for (Index i = 0; i < mesh.patch_count(); ++i)
+    EXPECT_EQ(told.patch[static_cast<std::size_t>(i)], mesh.cluster(i));
+
+  settings.elements = NoElements{};
+  const SolvedScene bare = solve_scene(room_with_scales(), settings);
+  EXPECT_FALSE(bare.elements);
+  EXPECT_EQ(bare.told_of_setup(0).patch.size(), told.patch.size());
+}
+
+TEST(Elements, OfClustersComeNearWhatEachMemberReceives) {
+  // Against exact pairs of all faces by themselves, no patch larger than 10 cm.
+  SceneSettings settings;
+  settings.patches = PatchSize{0.5};
+  settings.element_samples = 512;
+  const SolvedScene joined = solve_scene(room_with_scales(), settings);
+  settings.elements = NoElements{};
+  const SolvedScene bare = solve_scene(room_with_scales(), settings);
+  const PatchMesh fine = make_patches(room_with_scales(), PatchSize{0.1}).mesh.with_clusters({});
+  const Visibility visibility(fine);
+  const FormFactorMatrix f =
+      assemble(*find_form_factor_method("hemisphere").make(visibility, {.samples = 1024}), visibility).matrix;
+  const Solution reference =
+      solve(*find_solver("conjugate-gradient").make(), RadiositySystem(f, fine), fine, SolverOptions{});
+  // Faces of the screen are patches in each; the same number, the same face.
+  const auto of_screen = [](const PatchMesh& mesh, const BandArray& b, std::map<Index, double>& out) {
+    for (Index i = 0; i < mesh.patch_count(); ++i)
+      if (mesh.area(i) < 0.00041) out[mesh.surface(i)] = b(i, 0);
+  };
+  std::map<Index, double> exact, gathered, constant;
+  of_screen(fine, reference.radiosity, exact);
+  of_screen(joined.elements->mesh, joined.elements->radiosity, gathered);
+  of_screen(bare.patches.mesh, bare.solution.radiosity, constant);
+  ASSERT_EQ(exact.size(), 1600u);
+  ASSERT_EQ(gathered.size(), 1600u);
+  double square = 0, of_gathered = 0, of_constant = 0;
+  for (const auto& [face, b] : exact) {
+    square += b * b;
+    of_gathered += std::pow(gathered[face] - b, 2);
+    of_constant += std::pow(constant[face] - b, 2);
+  }
+  EXPECT_LT(std::sqrt(of_gathered / square), 0.1);
+  EXPECT_LT(of_gathered, of_constant);
 }
 
 }  // namespace

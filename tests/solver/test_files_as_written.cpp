@@ -18,7 +18,7 @@ namespace {
 
 /// Area means of B, first band, by material.
 Eigen::ArrayXd means(const Scene& scene, const PatchOptions& patches, const FormFactorMethodInfo& method) {
-  const MethodSetup setup(make_patches(scene, patches).mesh, method);
+  const MethodSetup setup(make_patches(scene, patches).mesh.with_clusters({}), method);
   const FormFactorMatrix f = assemble(*setup.method, setup.visibility).matrix;
   const BandArray b =
       find_solver("conjugate-gradient").make()->solve(RadiositySystem(f, setup.mesh), {}).radiosity;
@@ -144,7 +144,8 @@ TEST(Light, IsNeverNegativeHoweverEarlyTheSolverStops) {
     materials[2].emission.setConstant(1e-9);
     return materials;
   }());
-  const MethodSetup setup(make_patches(one, PatchSize{3}).mesh, find_form_factor_method("hemisphere"));
+  const MethodSetup setup(make_patches(one, PatchSize{3}).mesh.with_clusters({}),
+                          find_form_factor_method("hemisphere"));
   const FormFactorMatrix f = assemble(*setup.method, setup.visibility).matrix;
   BandArray emission = BandArray::Zero(setup.size(), 1);
   for (Index i = 0; i < setup.size(); ++i)

@@ -210,7 +210,8 @@ double relative_error(const RadiositySystem& system, const BandArray& b, const B
 
 struct FurnishedRooms {
   FurnishedRooms()
-      : setup(make_patches(two_furnished_rooms(), PatchSize{2}).mesh, find_form_factor_method("hemisphere")),
+      : setup(make_patches(two_furnished_rooms(), PatchSize{2}).mesh.with_clusters({}),
+              find_form_factor_method("hemisphere")),
         f(assemble(*setup.method, setup.visibility).matrix),
         rho(setup.size(), 1) {
     std::mt19937_64 random(5);

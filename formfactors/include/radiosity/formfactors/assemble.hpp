@@ -62,8 +62,10 @@ struct AssemblyReport {
   Index pairwise = 0;       ///< all such patches, whatever the reason
   std::shared_ptr<const PairRows> pair_rows;  ///< their factors; null where the method looks at pairs anyway
   Index isolated_patches = 0;                 ///< see no patch at all
-  /// Nearly touch others and are too many to be computed pair by pair: their factors are wrong, and nothing tells by how much.
-  Index unreliable = 0;
+  /// Clusters that nearly touch others with a share of their area and are too many to be computed pair by pair: the factors of that
+  /// share are wrong. A warning says so where it takes part in more than 1 % of the exchange. (Those that do so with nearly all of
+  /// it exchange nothing.)
+  std::vector<std::pair<Index, double>> unreliable;
   std::uint64_t rays = 0;
   PairCounts pairs;  ///< of the method itself, patches computed pair by pair in sampled methods not included
   std::vector<std::string> warnings;
@@ -82,7 +84,11 @@ struct AssembledFormFactors {
 /// symmetric union of both stand in memory at the same time, 8 bytes an entry.
 double assembly_bytes(double patches, double entries);
 
-/// All rows of F. Rows are computed in parallel in blocks of fixed size, so the bits do not depend on the
+/// The mesh's clusters as PatchMesh::Arrays::patch_cluster, with those members apart that see nothing of what the others do: what
+/// lies against another patch (Visibility::covered), and what nearly does. Empty where the mesh has none.
+std::vector<Index> clusters_apart(const Visibility& visibility);
+
+/// All rows of F, one for each cluster of the mesh. Rows are computed in parallel in blocks of fixed size, so the bits do not depend on the
 /// number of threads.
 ///
 /// Where the method samples directions, patches that emit get factors pair by pair, as by the analytic method:

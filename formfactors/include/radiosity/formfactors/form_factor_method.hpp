@@ -48,8 +48,8 @@ class FormFactorMethod {
   using Sink = std::function<void(Index row, std::span<const Index> columns, std::span<const double> values,
                                   std::optional<double> escaped)>;
 
-  /// Fills rows [first, last). Where `upper` is set, only entries with column > row are wanted: the others
-  /// follow by reciprocity (only for methods that are `reciprocal`). Thread-safe; the answer for a row
+  /// Fills rows [first, last), of the mesh's clusters, F averaged over all members of each. Where `upper` is set, only entries with
+  /// column ≥ row are wanted: the others follow by reciprocity (only for methods that are `reciprocal`). Thread-safe; the answer for a row
   /// depends neither on the other rows of the call nor on the thread.
   virtual void rows(Index first, Index last, bool upper, const Sink& sink) const = 0;
 

@@ -21,7 +21,8 @@ struct Report {
 
   struct SceneFacts {
     std::string file;
-    Index surfaces = 0, patches = 0, bands = 0;
+    Index surfaces = 0, patches = 0, pieces = 0,
+          bands = 0;  ///< pieces: polygons, of which patches may be clusters
     double area_m2 = 0;
     Vec3 lower, upper;
     Repairs repairs;

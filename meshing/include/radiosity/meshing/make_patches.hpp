@@ -11,10 +11,11 @@
 namespace radiosity {
 
 struct KeepFaces {};  ///< every face is one patch
-struct AutoPatches {  ///< the size that gives about `target` patches; faces are never joined
+struct AutoPatches {  ///< the size that gives about `target` clusters, whatever the number of faces
   Index target = 5000;
 };
-struct PatchSize {  ///< no edge of a patch is longer than this
+struct
+    PatchSize {  ///< no edge of a patch is longer than this, and smaller faces are joined to clusters no longer either
   double metres;
 };
 using PatchOptions = std::variant<AutoPatches, KeepFaces, PatchSize>;
@@ -47,6 +48,9 @@ struct Patches {
 ///    half.
 /// 3. Convex planar quads become regular grids of quads, everything else well-shaped triangles. Neighbouring
 ///    faces share the points on their common edge, so no cracks open and no T-vertices appear between them.
+/// 4. Pieces of faces of less than half the square of the size, and slivers of others (a sixteenth of it), are joined to clusters (not
+///    with KeepFaces): those of one material that fit into a cube of the size, face about the same way and do not lie one behind the
+///    other, after face clusters [Willmott1999].
 /// Patches keep the order of the faces, pieces of one face are consecutive; the back sides of two-sided faces
 /// follow at the end, in the same order, with the same surface numbers.
 /// With KeepFaces patch i is face i, whatever its shape (unless degenerate faces had to be dropped: then a

@@ -17,6 +17,10 @@ namespace radiosity {
 /// at creases, at changes of material, at contact lines and at open borders every side has vertices of its
 /// own, at the same bits of the same position. So a vertex carries one radiosity, and no radiosity bleeds
 /// round a corner.
+///
+/// Patches that are smaller than unknowns need be are joined to clusters, which share one radiosity in the exchange of light: a
+/// cluster has the area, and the points, of all its members, each with its own normal, so it may see itself, F_ii > 0. Every patch
+/// is in one cluster, mostly by itself; clusters are numbered by their first members.
 class PatchMesh {
  public:
   struct Arrays {
@@ -27,11 +31,13 @@ class PatchMesh {
     std::vector<Index> patch_material;  ///< index into materials
     std::vector<Material> materials;
     std::shared_ptr<const std::vector<Facet>> facets = {};  ///< null where they are not known
+    /// Per patch: any number that those of its cluster share, all of one material; empty: each patch is by itself.
+    std::vector<Index> patch_cluster = {};
   };
 
   /// Throws InputError on an index out of range, a patch with fewer than three corners, no area or
-  /// coordinates that are not finite, invalid materials, or facets that do not have each patch once. A power is divided by the area of its patches; InputError where
-  /// there are none.
+  /// coordinates that are not finite, invalid materials, facets that do not have each patch once, or clusters of several materials. A
+  /// power is divided by the area of its patches; InputError where there are none.
   explicit PatchMesh(Arrays arrays);
 
   /// The faces that the patches are pieces of, as they were before they were cut; null where that is not known: see facets().
@@ -39,6 +45,26 @@ class PatchMesh {
 
   /// The same patches with other materials, as many, in the same order. Throws InputError on others.
   PatchMesh with_materials(std::vector<Material> materials) const;
+
+  /// The same patches in other clusters, as Arrays::patch_cluster. Throws InputError on clusters of several materials.
+  PatchMesh with_clusters(std::vector<Index> patch_cluster) const;
+
+  /// Whether any cluster has several members.
+  bool clustered() const { return !arrays_.patch_cluster.empty(); }
+  Index cluster_count() const {
+    return clustered() ? static_cast<Index>(cluster_areas_.size()) : patch_count();
+  }
+  Index cluster(Index patch) const { return clustered() ? arrays_.patch_cluster[patch] : patch; }
+  /// Patches, ascending.
+  std::span<const Index> members(Index cluster) const {
+    return clustered() ? piece(members_.items, members_.start, cluster)
+                       : std::span(members_.items).subspan(static_cast<std::size_t>(cluster), 1);
+  }
+  /// Of all members, m².
+  const Eigen::ArrayXd& cluster_areas() const { return clustered() ? cluster_areas_ : areas_; }
+  /// Of values that members share, a row per patch: a row per cluster; and back.
+  BandArray per_cluster(const BandArray& per_patch) const;
+  BandArray per_patch(const BandArray& per_cluster) const;
 
   Index patch_count() const { return static_cast<Index>(arrays_.patch_material.size()); }
   Index vertex_count() const { return static_cast<Index>(arrays_.vertices.size()); }
@@ -97,9 +123,11 @@ class PatchMesh {
   }
 
   void spread_powers();
+  void number_clusters();
 
   Arrays arrays_;
-  Eigen::ArrayXd areas_;
+  Eigen::ArrayXd areas_, cluster_areas_;
+  Rows members_;
   std::vector<Vec3> normals_, centroids_;
   std::vector<std::array<Index, 3>> triangles_;
   std::vector<Index> triangle_start_, triangle_patch_;

@@ -47,4 +47,10 @@ struct Elements {
 std::optional<Elements> gather_elements(const Visibility& visibility, const Solution& solution,
                                         const ElementGather& gather);
 
+/// The patches themselves as elements, with light of their own for the members of clusters: gathered in the same way, and scaled so
+/// that its mean over each cluster is that of the solution. Patches that are by themselves keep the solution. gather.samples is about the
+/// mean number of rays: large members have more, small ones fewer. gather.size is handed on. Nothing where `progress` asked to stop.
+std::optional<Elements> gather_members(const Visibility& visibility, const Solution& solution,
+                                       const ElementGather& gather);
+
 }  // namespace radiosity

@@ -40,9 +40,9 @@ struct SolvedProblem {
   const Solver& solver;
   SolverOptions solver_options;
   const Solution& solution;
-  Index lamps = 0;        ///< AssemblyReport::lamps
-  double unrestored = 0;  ///< AssemblyReport::unrestored()
-  Index unreliable = 0;   ///< AssemblyReport::unreliable
+  Index lamps = 0;                                        ///< AssemblyReport::lamps
+  double unrestored = 0;                                  ///< AssemblyReport::unrestored()
+  std::vector<std::pair<Index, double>> unreliable = {};  ///< AssemblyReport::unreliable
   /// AssemblyReport::pair_rows: what was computed pair by pair has no noise of directions, and no other rows are spared it.
   std::shared_ptr<const PairRows> pair_rows = {};
 };
@@ -63,8 +63,11 @@ struct SolvedProblem {
 /// Solver: the residual, a share of the power emitted, is amplified at most as much as that power is: the relative error
 /// of the total radiosity is the residual.
 ///
+/// Factors that are known to be wrong, of a share s of a patch: as if what that share reflects should be nothing, and others had got it
+/// instead of the right light: e² = Σ A (s R)² / Σ A R² + (Σ A s R / Σ A R)², R = B − E.
+///
 /// A part is not known, and a note says why, where its cheaper problem cannot be solved, for want of memory or because it breaks a
-/// rule, where some factors are known to be wrong, or where hardly a patch has others beside it to be joined with.
+/// rule, or where hardly a patch has others beside it to be joined with.
 /// F is that of the solution; it is freed as soon as it has been read. Nothing where the progress function asked to stop.
 std::optional<ErrorEstimate> estimate_error(const SolvedProblem& problem,
                                             std::unique_ptr<const FormFactorMatrix> form_factors);

@@ -134,7 +134,8 @@ struct SolvedScene {
     PatchMesh mesh;
     Solution solution;
     std::optional<BandArray> error;  ///< that of the patch and the noise of the element together
-    std::vector<Index> patch;        ///< of each element; empty where the patches are told
+    std::vector<Index>
+        patch;  ///< of each cell, the patch or cluster that it is a piece of; empty where all are patches
   };
   Told told_of_setup(Index k) const;
 };
@@ -144,7 +145,7 @@ struct SolvedScene {
 /// settings that have no effect, a scene without a lamp, and what the parts refuse; MemoryLimitError where F does not fit.
 ///
 /// With a size of elements, light is gathered once more in the end, for pieces of the patches (see gather_elements), and the error
-/// takes their noise in.
+/// takes their noise in. So it is for the members of clusters, as they are, where nothing is said of elements.
 ///
 /// With an accuracy, first rounds are cheap and show what this scene costs and errs by; plan_accuracy says what comes next, until the
 /// estimate is low enough or cannot be brought down further. The result is that of the best round.

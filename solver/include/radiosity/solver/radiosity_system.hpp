@@ -23,6 +23,7 @@ class RadiositySystem {
   /// absorptance = 1 − reflectance, which is exact.
   RadiositySystem(const FormFactorOperator& form_factors, Eigen::ArrayXd areas, BandArray reflectance,
                   BandArray emission);
+  /// A row for each cluster of the mesh.
   RadiositySystem(const FormFactorOperator& form_factors, const PatchMesh& mesh);
 
   /// The same with an external irradiance H₀, n × bands, W/m². Throws InputError on another shape, and where it is negative or not

@@ -35,8 +35,8 @@ BandArray vertex_values(const PatchMesh& mesh, const BandArray& patch_values);
 
 /// Everything a solve gives.
 struct Solution {
-  BandArray radiosity;         ///< B per patch
-  BandArray irradiance;        ///< H per patch
+  BandArray radiosity;         ///< B per patch; that of its cluster where it has one
+  BandArray irradiance;        ///< H per patch, likewise
   BandArray vertex_radiosity;  ///< B per vertex
   EnergyBalance energy;
   SolveReport report;
@@ -46,7 +46,7 @@ struct Solution {
 EnergyBalance select_bands(const EnergyBalance& energy, Index first, Index count);
 Solution select_bands(const Solution& solution, Index first, Index count);
 
-/// Solves and reconstructs.
+/// Solves for the clusters of the mesh, and reconstructs.
 Solution solve(const Solver& solver, const RadiositySystem& system, const PatchMesh& mesh,
                const SolverOptions& options = {});
 
