@@ -213,8 +213,8 @@ TEST(Report, HasTheStableNamesInOrder) {
   const Json json = Json::parse(read_text(directory / "r.json"));
   EXPECT_THAT(names(json), ElementsAre("version", "command", "converged", "scene", "modelled", "form_factors",
                                        "solver", "energy", "seconds", "peak_memory_bytes"));
-  EXPECT_THAT(names(json["scene"]), ElementsAre("file", "surfaces", "patches", "bands", "area_m2", "bounds_m",
-                                                "repairs", "warnings"));
+  EXPECT_THAT(names(json["scene"]), ElementsAre("file", "surfaces", "patches", "pieces", "bands", "area_m2",
+                                                "bounds_m", "repairs", "warnings"));
   EXPECT_THAT(
       names(json["scene"]["repairs"]),
       ElementsAre("merged_vertices", "degenerate_faces", "duplicate_faces", "unwound_faces", "flipped_faces",
