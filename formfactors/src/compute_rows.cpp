@@ -37,15 +37,6 @@ void mirror(RowList& upper, const Eigen::ArrayXd& areas) {
   });
 }
 
-PairCounts operator+(PairCounts a, const PairCounts& b) {
-  a.behind += b.behind;
-  a.hidden += b.hidden;
-  a.free += b.free;
-  a.partial += b.partial;
-  a.by_rays += b.by_rays;
-  return a;
-}
-
 void take(const PartialRows& partial, ComputedRows& out) {
   const auto done = static_cast<std::size_t>(partial.done);
   if (partial.done < 0 || done > out.rows.size() || partial.start.size() != done + 1 ||
@@ -107,23 +98,26 @@ ComputedRows compute_rows(const FormFactorMethod& method, const Eigen::ArrayXd& 
                     told = false;
                 });
   };
-  while (out.completed) {
-    const Index last = options.save ? std::min(n - first_row, kRowsToSave) + first_row : n;
-    const auto watch = [&](Index done) {
-      if (!options.progress) return true;
-      // With `upper`, the first rows hold the share 1 − (1 − done/n)² of the entries.
-      const double share = static_cast<double>(first_row + done) / n;
-      return options.progress(upper ? 1 - (1 - share) * (1 - share) : share);
-    };
-    out.completed = for_each_block(
-        last - first_row, kRowsPerTask,
-        [&](Index first, Index end) { compute(first_row + first, first_row + end); }, watch);
-    out.rays = method.rays() + (options.partial ? options.partial->rays : 0);
-    out.pairs = method.pairs() + (options.partial ? options.partial->pairs : PairCounts{});
-    first_row = last;
-    if (options.save && out.completed) options.save(last, [&] { return first_rows(out, last, told); });
-    if (last == n) break;
-  }
+  const auto watch = [&](Index done) {
+    if (!options.progress) return true;
+    // With `upper`, the first rows hold the share 1 − (1 − done/n)² of the entries.
+    const double share = static_cast<double>(done) / n;
+    return options.progress(upper ? 1 - (1 - share) * (1 - share) : share);
+  };
+  const auto count = [&] {
+    out.rays = method.rays();
+    out.pairs = method.pairs();
+    if (!options.partial) return;
+    out.rays += options.partial->rays;
+    out.pairs += options.partial->pairs;
+  };
+  out.completed = for_each_block_in_stretches(
+      first_row, n, options.save ? kRowsToSave : n, kRowsPerTask, compute, watch, [&](Index done) {
+        if (!options.save) return;
+        count();
+        options.save(done, [&] { return first_rows(out, done, told); });
+      });
+  count();
   if (!told) out.escaped.reset();
   if (upper) mirror(out.rows, areas);
   return out;

@@ -57,7 +57,7 @@ class Hemisphere final : public FormFactorMethod {
   };
   std::vector<Packet> directions(std::uint64_t set) const;
   // `count` packets spread evenly over the area of all members.
-  void start_from(std::span<const Index> members, std::size_t count, Sample2 shift, double turn,
+  void start_from(Index cluster, std::size_t count, Sample2 shift, double turn,
                   std::vector<Start>& starts) const;
   Index samples() const { return 16 * blocks_ * blocks_; }
 
@@ -105,7 +105,6 @@ void Hemisphere::rows(Index first, Index last, bool, const Sink& sink) const {
   std::vector<std::size_t> order(packets);
   const double share = 1.0 / samples();
   for (Index i = first; i < last; ++i) {
-    const auto members = mesh.members(i);
     if (all_covered(visibility_, i)) {
       sink(i, {}, {}, 1);
       continue;
@@ -114,7 +113,7 @@ void Hemisphere::rows(Index first, Index last, bool, const Sink& sink) const {
     const Sample2 shift{random.uniform(), random.uniform()};
     const double turn = 2 * std::numbers::pi * random.uniform();
     const std::vector<Packet>& directions = sets_[random.next() % sets_.size()];
-    start_from(members, members.size() == 1 ? std::min(packets, kMostPointBlocks) : packets, shift, turn,
+    start_from(i, mesh.members(i).size() == 1 ? std::min(packets, kMostPointBlocks) : packets, shift, turn,
                starts);
     // Which points go with which directions is drawn too, or position and direction would be correlated.
     std::iota(order.begin(), order.end(), std::size_t{0});
@@ -164,11 +163,11 @@ void Hemisphere::rows(Index first, Index last, bool, const Sink& sink) const {
   }
 }
 
-void Hemisphere::start_from(std::span<const Index> members, std::size_t count, Sample2 shift, double turn,
+void Hemisphere::start_from(Index cluster, std::size_t count, Sample2 shift, double turn,
                             std::vector<Start>& starts) const {
   const PatchMesh& mesh = visibility_.mesh();
-  double area = 0;
-  for (const Index m : members) area += mesh.area(m);
+  const auto members = mesh.members(cluster);
+  const double area = mesh.cluster_areas()[cluster];
   starts.resize(count);
   std::size_t member = 0;
   double up_to = mesh.area(members[0]);

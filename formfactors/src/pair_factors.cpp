@@ -213,11 +213,7 @@ double PairFactors::mutual_area_near(Index i, Index j, PairCounts& counts) const
 
 void PairFactors::add(const PairCounts& counts) const {
   const std::lock_guard lock(counting_);
-  counts_.behind += counts.behind;
-  counts_.hidden += counts.hidden;
-  counts_.free += counts.free;
-  counts_.partial += counts.partial;
-  counts_.by_rays += counts.by_rays;
+  counts_ += counts;
 }
 
 PairCounts PairFactors::counts() const {

@@ -46,4 +46,19 @@ bool for_each_block(Index count, Index block, const std::function<void(Index, In
   return !stop && (!watch || watch(count));
 }
 
+bool for_each_block_in_stretches(Index begin, Index end, Index stretch, Index block,
+                                 const std::function<void(Index, Index)>& work,
+                                 const std::function<bool(Index)>& watch,
+                                 const std::function<void(Index)>& ended) {
+  for (Index first = begin;; first = std::min(end - first, stretch) + first) {
+    const Index last = std::min(end - first, stretch) + first;
+    if (!for_each_block(
+            last - first, block, [&](Index a, Index b) { work(first + a, first + b); },
+            [&](Index done) { return watch(first + done); }))
+      return false;
+    ended(last);
+    if (last == end) return true;
+  }
+}
+
 }  // namespace radiosity

@@ -119,10 +119,9 @@ void Checkpoints::resume() {
       auto rows = std::make_shared<PartialRows>();
       rows->done = attributes.number<std::int32_t>("done");
       rows->rays = attributes.number<std::uint64_t>("rays");
-      rows->pairs = {
-          attributes.number<std::uint64_t>("pairs_behind"), attributes.number<std::uint64_t>("pairs_hidden"),
-          attributes.number<std::uint64_t>("pairs_free"), attributes.number<std::uint64_t>("pairs_partial"),
-          attributes.number<std::uint64_t>("pairs_by_rays")};
+      for_each_count(rows->pairs, [&](const char* name, std::uint64_t& count) {
+        count = attributes.number<std::uint64_t>(name);
+      });
       rows->start = read_array<std::size_t>(in, "start");
       rows->columns = read_array<Index>(in, "columns");
       rows->values = read_array<float>(in, "values");
@@ -153,11 +152,8 @@ void Checkpoints::connect(SolveOptions& options) {
       begin(attributes);
       attributes.write_number("done", rows.done);
       attributes.write_number("rays", rows.rays);
-      attributes.write_number("pairs_behind", rows.pairs.behind);
-      attributes.write_number("pairs_hidden", rows.pairs.hidden);
-      attributes.write_number("pairs_free", rows.pairs.free);
-      attributes.write_number("pairs_partial", rows.pairs.partial);
-      attributes.write_number("pairs_by_rays", rows.pairs.by_rays);
+      for_each_count(rows.pairs,
+                     [&](const char* name, std::uint64_t count) { attributes.write_number(name, count); });
       write_array(out, "start", rows.start);
       write_array(out, "columns", rows.columns);
       write_array(out, "values", rows.values);

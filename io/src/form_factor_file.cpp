@@ -39,11 +39,7 @@ void for_each_number(Report& report, Visit&& visit) {
   visit("pairwise", report.pairwise);
   visit("isolated_patches", report.isolated_patches);
   visit("rays", report.rays);
-  visit("pairs_behind", report.pairs.behind);
-  visit("pairs_hidden", report.pairs.hidden);
-  visit("pairs_free", report.pairs.free);
-  visit("pairs_partial", report.pairs.partial);
-  visit("pairs_by_rays", report.pairs.by_rays);
+  for_each_count(report.pairs, visit);
 }
 
 template <class T>

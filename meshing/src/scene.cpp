@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <limits>
 #include <unordered_map>
 
@@ -124,6 +125,16 @@ bool emits(const Scene& scene) {
   return false;
 }
 
+namespace {
+
+// All that a material has for each band; what it does not say is empty.
+std::array<BandValues*, 6> values_per_band(Material& material) {
+  return {&material.reflectance, &material.emission,     &material.absorptance,
+          &material.specular,    &material.transmission, &material.refractive_indices};
+}
+
+}  // namespace
+
 Scene with_setups(const Scene& scene, std::span<const LightingSetup> setups) {
   const auto bands = static_cast<Eigen::Index>(scene.bands());
   const auto count = static_cast<Eigen::Index>(setups.size());
@@ -142,10 +153,9 @@ Scene with_setups(const Scene& scene, std::span<const LightingSetup> setups) {
     material.emission = emission.replicate(count + 1, 1).eval();
     for (Eigen::Index k = 0; k < count; ++k)
       material.emission.segment((k + 1) * bands, bands) *= setups[k].factors[m];
-    material.reflectance = material.reflectance.replicate(count + 1, 1).eval();
-    for (BandValues* values :
-         {&material.absorptance, &material.specular, &material.transmission, &material.refractive_indices})
-      if (values->size() > 0) *values = values->replicate(count + 1, 1).eval();
+    for (BandValues* values : values_per_band(material))
+      if (values != &material.emission && values->size() > 0)
+        *values = values->replicate(count + 1, 1).eval();
   }
   return scene.with_materials(std::move(materials));
 }
@@ -153,8 +163,7 @@ Scene with_setups(const Scene& scene, std::span<const LightingSetup> setups) {
 std::vector<Material> select_bands(std::span<const Material> materials, Index first, Index count) {
   std::vector<Material> selected(materials.begin(), materials.end());
   for (Material& material : selected)
-    for (BandValues* values : {&material.reflectance, &material.emission, &material.absorptance,
-                               &material.specular, &material.transmission, &material.refractive_indices})
+    for (BandValues* values : values_per_band(material))
       if (values->size() > 0) *values = values->segment(first, count).eval();
   return selected;
 }
@@ -163,8 +172,7 @@ Scene merge_equal_bands(const Scene& scene) {
   if (scene.bands() == 1) return scene;
   std::vector<Material> materials = scene.materials();
   for (Material& material : materials) {
-    for (BandValues* values : {&material.reflectance, &material.emission, &material.absorptance,
-                               &material.specular, &material.transmission, &material.refractive_indices}) {
+    for (BandValues* values : values_per_band(material)) {
       if (values->size() == 0) continue;
       if ((*values != (*values)[0]).any()) return scene;
       *values = BandValues::Constant(1, (*values)[0]).eval();

@@ -165,20 +165,17 @@ ProbeResult gather(const Visibility& visibility, const BandArray& radiosity,
   }
   const auto measure_all = [&](Index first, Index last) {
     Memory& memory = memories.local();
-    for (Index s = begin + first; s < begin + last; ++s) measure(s, memory);
+    for (Index s = first; s < last; ++s) measure(s, memory);
   };
-  while (result.completed) {
-    const Index end = options.save ? std::min(count - begin, kToSave) + begin : count;
-    result.completed = for_each_block(end - begin, kBlock, measure_all, [&](Index done) {
-      return !options.progress || options.progress(static_cast<double>(begin + done) / count);
-    });
-    begin = end;
-    if (options.save && result.completed)
-      options.save(end, [&] {
-        return PartialProbe{result.irradiance.topRows(end), result.standard_error.topRows(end)};
+  result.completed = for_each_block_in_stretches(
+      begin, count, options.save ? kToSave : count, kBlock, measure_all,
+      [&](Index done) { return !options.progress || options.progress(static_cast<double>(done) / count); },
+      [&](Index done) {
+        if (options.save)
+          options.save(done, [&] {
+            return PartialProbe{result.irradiance.topRows(done), result.standard_error.topRows(done)};
+          });
       });
-    if (end == count) break;
-  }
   return result;
 }
 

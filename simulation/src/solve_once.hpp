@@ -3,6 +3,7 @@
 
 #include <span>
 #include <string_view>
+#include <variant>
 
 #include "radiosity/simulation/solve_scene.hpp"
 #include "watch.hpp"
@@ -22,5 +23,11 @@ SolvedScene solve_once(const SceneToSolve& task, const SceneSettings& settings, 
 
 /// In rounds, to options.accuracy.
 SolvedScene solve_to_accuracy(const SceneToSolve& task, const SceneSettings& settings);
+
+/// Whether light is gathered once more in the end: for elements, or where nothing is said of them, for the members of clusters, which
+/// do not look alike.
+inline bool gathers_in_the_end(const SceneSettings& settings, bool clustered) {
+  return settings.elements ? std::holds_alternative<ElementSize>(*settings.elements) : clustered;
+}
 
 }  // namespace radiosity

@@ -317,12 +317,6 @@ SolvedScene solve_once(const SceneToSolve& task, const SceneSettings& settings, 
 
 namespace {
 
-SolvedScene solve_with_accuracy(const SceneToSolve& task, const SceneSettings& settings) {
-  const double accuracy = *task.options.accuracy;
-  if (!(accuracy > 0)) throw InputError(fmt::format("accuracy: {} is not positive", accuracy));
-  return solve_to_accuracy(task, settings);
-}
-
 // Without a size, of the members of clusters.
 void add_elements(SolvedScene& solved, const SceneSettings& settings, const ElementSize* size,
                   const SceneToSolve& task) {
@@ -379,10 +373,9 @@ SolvedScene solve_scene(const Scene& scene, const SceneSettings& settings, const
   if (given != nullptr && !(given->metres > 0))
     throw InputError(fmt::format("elements: size {} m is not positive", given->metres));
   SolvedScene solved =
-      options.accuracy ? solve_with_accuracy(task, settings) : solve_once(task, settings, "analytic");
-  // The members of clusters do not look alike.
-  const bool of_clusters = !settings.elements && solved.patches.mesh.clustered();
-  if ((given != nullptr || of_clusters) && solved.form_factors.assembly.completed && !watch.stopped())
+      options.accuracy ? solve_to_accuracy(task, settings) : solve_once(task, settings, "analytic");
+  if (gathers_in_the_end(settings, solved.patches.mesh.clustered()) &&
+      solved.form_factors.assembly.completed && !watch.stopped())
     add_elements(solved, settings, given, task);
   return solved;
 }

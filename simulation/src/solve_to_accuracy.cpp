@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <limits>
@@ -151,10 +153,9 @@ class Rounds {
 
   // What a gather in the end adds leaves less.
   double goal() const {
-    const bool of_elements = settings_.elements && std::holds_alternative<ElementSize>(*settings_.elements);
-    const bool of_members = !settings_.elements && best_ && best_->patches.mesh.clustered();
+    const bool gather = gathers_in_the_end(settings_, best_ && best_->patches.mesh.clustered());
     constexpr double kWithGather = 0.85;  // the noise may be √(1 − 0.85²) = 0.53 of the goal
-    return (of_elements || of_members ? kWithGather : 1) * report_.goal;
+    return (gather ? kWithGather : 1) * report_.goal;
   }
 
   AccuracyGoal limits() const {
@@ -177,6 +178,8 @@ class Rounds {
 }  // namespace
 
 SolvedScene solve_to_accuracy(const SceneToSolve& task, const SceneSettings& settings) {
+  const double accuracy = *task.options.accuracy;
+  if (!(accuracy > 0)) throw InputError(fmt::format("accuracy: {} is not positive", accuracy));
   return Rounds(task, settings).run();
 }
 

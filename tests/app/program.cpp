@@ -25,6 +25,27 @@ std::string read_file(const fs::path& file) {
   return text.str();
 }
 
+// `prepare` is called in the child, before it goes to the folder and becomes the program.
+template <class Prepare>
+pid_t start_program(const fs::path& folder, const std::vector<std::string>& arguments,
+                    const Prepare& prepare) {
+  std::vector<char*> argv;
+  std::string program = RADIOSITY_PROGRAM;
+  std::vector<std::string> copies = arguments;
+  argv.push_back(program.data());
+  for (std::string& argument : copies) argv.push_back(argument.data());
+  argv.push_back(nullptr);
+  const pid_t child = fork();
+  if (child < 0) throw std::runtime_error("fork");
+  if (child == 0) {
+    prepare();
+    if (chdir(folder.c_str()) != 0) _exit(126);
+    execv(argv[0], argv.data());
+    _exit(127);
+  }
+  return child;
+}
+
 }  // namespace
 
 Outcome run_program(const fs::path& folder, const std::vector<std::string>& arguments,
@@ -33,25 +54,14 @@ Outcome run_program(const fs::path& folder, const std::vector<std::string>& argu
   const fs::path err_file = folder.string() + ".stderr";  // beside the folder: files() must not see it
   if (pipe(out.data()) != 0) throw std::runtime_error("pipe");
 
-  std::vector<char*> argv;
-  std::string program = RADIOSITY_PROGRAM;
-  std::vector<std::string> copies = arguments;
-  argv.push_back(program.data());
-  for (std::string& argument : copies) argv.push_back(argument.data());
-  argv.push_back(nullptr);
-
-  const pid_t child = fork();
-  if (child < 0) throw std::runtime_error("fork");
-  if (child == 0) {
+  const pid_t child = start_program(folder, arguments, [&] {
     const int err = open(err_file.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
-    if (err < 0 || chdir(folder.c_str()) != 0) _exit(126);
+    if (err < 0) _exit(126);
     dup2(out[1], STDOUT_FILENO);
     dup2(err, STDERR_FILENO);
     close(out[0]);
     close(out[1]);
-    execv(argv[0], argv.data());
-    _exit(127);
-  }
+  });
   close(out[1]);
 
   Outcome run;
@@ -76,19 +86,7 @@ Outcome run_program(const fs::path& folder, const std::vector<std::string>& argu
 
 bool run_program_and_kill(const fs::path& folder, const std::vector<std::string>& arguments,
                           unsigned milliseconds) {
-  std::vector<char*> argv;
-  std::string program = RADIOSITY_PROGRAM;
-  std::vector<std::string> copies = arguments;
-  argv.push_back(program.data());
-  for (std::string& argument : copies) argv.push_back(argument.data());
-  argv.push_back(nullptr);
-  const pid_t child = fork();
-  if (child < 0) throw std::runtime_error("fork");
-  if (child == 0) {
-    if (chdir(folder.c_str()) != 0) _exit(126);
-    execv(argv[0], argv.data());
-    _exit(127);
-  }
+  const pid_t child = start_program(folder, arguments, [] {});
   usleep(1000 * milliseconds);
   int status = 0;
   const bool ended = waitpid(child, &status, WNOHANG) == child;

@@ -33,6 +33,15 @@ struct PairCounts {
   std::uint64_t free = 0;     ///< nothing can stand between them
   std::uint64_t partial = 0;  ///< exact shadows measured what is seen
   std::uint64_t by_rays = 0;  ///< shadow rays did
+
+  PairCounts& operator+=(const PairCounts& other) {
+    behind += other.behind;
+    hidden += other.hidden;
+    free += other.free;
+    partial += other.partial;
+    by_rays += other.by_rays;
+    return *this;
+  }
 };
 
 /// A way to compute form factors. One object serves one mesh; it keeps references to the mesh and the
