@@ -131,18 +131,30 @@ struct Visibility::Impl {
     return locators[t.facet].at(t.origin + u * t.along_u + v * t.along_v);
   }
 
-  // What the filter needs to let rays pass through the planes they connect.
+  // What the filter needs to let rays pass through the planes they connect. Rays that connect none are not filtered at all.
   struct Context {
+    Context(const Impl* all, const Plane* start, const Plane* end = nullptr)
+        : impl(all), from(start), to(end) {
+      rtcInitIntersectContext(&base);
+      if (from != nullptr || to != nullptr) base.filter = filter;
+    }
+    void pass_backs() {
+      fronts_only = true;
+      risen = nullptr;
+      base.filter = filter;
+    }
+
     RTCIntersectContext base;
     const Impl* impl;
-    const Plane* from;   // null for rays from anywhere
-    const Plane* to;     // null for rays without an end
-    bool fronts_only;    // backs are passed through
-    bool only_opposed;   // what does not face `from` is passed through
-    const float* risen;  // per ray id: from this distance on a ray is clear of `from`; null: not known
-    float
-        leaving;  // until this distance, rays pass through what shows its front while `inwards`, and else its back
-    bool inwards;
+    const Plane* from;          // null for rays from anywhere
+    const Plane* to;            // null for rays without an end
+    bool fronts_only = false;   // backs are passed through
+    bool only_opposed = false;  // what does not face `from` is passed through
+    const float* risen =
+        nullptr;  // per ray id: from this distance on a ray is clear of `from`; null: not known
+    // Until this distance, rays pass through what shows its front while `inwards`, and else its back.
+    float leaving = 0;
+    bool inwards = false;
   };
   static void filter(const RTCFilterFunctionNArguments* args);
 
@@ -159,7 +171,6 @@ struct Visibility::Impl {
 // looked at.
 void Visibility::Impl::filter(const RTCFilterFunctionNArguments* args) {
   const auto* context = reinterpret_cast<const Context*>(args->context);
-  if (context->from == nullptr && context->to == nullptr && !context->fronts_only) return;
   const unsigned n = args->N;
   if (n == 16 && context->risen != nullptr) {
     // Lanes of the packet: nearly always all of them are clear of the plane, or all their hits are in it.
@@ -210,10 +221,7 @@ void Visibility::Impl::filter(const RTCFilterFunctionNArguments* args) {
 }
 
 bool Visibility::Impl::faced(const Plane& plane, const Eigen::Vector3f& x) const {
-  Context context{};
-  rtcInitIntersectContext(&context.base);
-  context.impl = this;
-  context.from = &plane;
+  Context context(this, &plane);
   context.only_opposed = true;
   const Eigen::Vector3f n(plane.nx, plane.ny, plane.nz);
   const Eigen::Vector3f start = x - 4 * tolerance::kSamePlane * n;
@@ -292,7 +300,7 @@ Visibility::Visibility(const PatchMesh& mesh)
 
   impl_->device = made(rtcNewDevice(nullptr));
   impl_->scene = made(rtcNewScene(impl_->device));
-  rtcSetSceneFlags(impl_->scene, static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST));
+  rtcSetSceneFlags(impl_->scene, RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
   const std::unique_ptr<RTCGeometryTy, decltype(&rtcReleaseGeometry)> owned(
       made(rtcNewGeometry(impl_->device, RTC_GEOMETRY_TYPE_TRIANGLE)), &rtcReleaseGeometry);
   const RTCGeometry geometry = owned.get();
@@ -304,8 +312,6 @@ Visibility::Visibility(const PatchMesh& mesh)
   auto* t = static_cast<unsigned*>(made(rtcSetNewGeometryBuffer(
       geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), count)));
   std::iota(t, t + 3 * count, 0U);
-  rtcSetGeometryIntersectFilterFunction(geometry, Impl::filter);
-  rtcSetGeometryOccludedFilterFunction(geometry, Impl::filter);
   rtcCommitGeometry(geometry);
   rtcAttachGeometryByID(impl_->scene, geometry, 0);
   // One thread builds the tree: its shape, and with it the winner where two surfaces are hit at the same
@@ -359,12 +365,8 @@ void Visibility::find_covered() {
 Visibility::~Visibility() = default;
 
 void Visibility::first_hits(Packet& packet) const {
-  Impl::Context context{};
-  rtcInitIntersectContext(&context.base);
+  Impl::Context context(impl_.get(), impl_->plane_of(packet.from));
   context.base.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  context.impl = impl_.get();
-  context.from = impl_->plane_of(packet.from);
-  context.to = nullptr;
   alignas(64) std::array<float, 16> risen;
   if (const Impl::Plane* from = context.from) {
     for (std::size_t i = 0; i < 16; ++i) {
@@ -425,8 +427,7 @@ void Visibility::first_hits(Packet& packet) const {
     any_back = true;
   }
   if (!any_back) return;
-  context.fronts_only = true;
-  context.risen = nullptr;
+  context.pass_backs();
   rtcIntersect16(valid.data(), impl_->scene, &context.base, &rays);
   for (int k = 0; k < packet.count; ++k) {
     const auto i = static_cast<std::size_t>(k);
@@ -438,12 +439,7 @@ void Visibility::first_hits(Packet& packet) const {
 
 void Visibility::blocked(SightLines& lines) const {
   const bool swap = lines.to < lines.from;  // the same ray both ways, so that V is symmetric to the bit
-  Impl::Context context{};
-  rtcInitIntersectContext(&context.base);
-  context.impl = impl_.get();
-  context.from = impl_->plane_of(lines.from);
-  context.to = &impl_->planes[lines.to];
-
+  Impl::Context context(impl_.get(), impl_->plane_of(lines.from), &impl_->planes[lines.to]);
   alignas(64) std::array<int, 16> valid;
   RTCRay16 rays;
   for (int k = 0; k < 16; ++k) {
@@ -488,9 +484,7 @@ bool Visibility::visible(const Vec3& x, Index i, const Vec3& y, Index j) const {
 }
 
 Visibility::Hit Visibility::first_hit(const Vec3& origin, const Vec3& direction, Index from) const {
-  Impl::Context context{};
-  rtcInitIntersectContext(&context.base);
-  context.impl = impl_.get();
+  Impl::Context context(impl_.get(), impl_->plane_of(from));
   const Eigen::Vector3f o = scaled(origin).cast<float>();
   const Eigen::Vector3f d = (direction * scale_).cast<float>();
   RTCRayHit ray{};
@@ -503,7 +497,6 @@ Visibility::Hit Visibility::first_hit(const Vec3& origin, const Vec3& direction,
   ray.ray.tfar = std::numeric_limits<float>::infinity();
   ray.ray.mask = ~0U;
   if (from != kNothing) {
-    context.from = impl_->plane_of(from);
     context.leaving = tolerance::kLeaving / d.norm();
     context.inwards = mesh_.normal(from).dot(direction) < 0;
     const Eigen::Vector3f above = o + (context.inwards ? -tolerance::kSamePlane : tolerance::kSamePlane) *
@@ -525,7 +518,7 @@ Visibility::Hit Visibility::first_hit(const Vec3& origin, const Vec3& direction,
   ray.ray.tnear = std::max(0.0F, ray.ray.tfar - slack);
   ray.ray.tfar += slack;
   ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  context.fronts_only = true;
+  context.pass_backs();
   rtcIntersect1(impl_->scene, &context.base, &ray);
   if (ray.hit.geomID != RTC_INVALID_GEOMETRY_ID) {
     hit.patch = impl_->patch_at(ray.hit.primID, ray.hit.u, ray.hit.v);
