@@ -88,6 +88,7 @@ int run_inspect(const Options& options) {
     FormFactorOptions method_options;
     method_options.samples = settings.samples.value_or(0);
     method_options.resolution = settings.resolution.value_or(0);
+    method_options.tolerance = settings.factor_tolerance.value_or(0);
     method_options.seed = settings.seed.value_or(method_options.seed);
     const auto method = info.make(visibility, method_options);
     const std::string time = method->reciprocal() && n > kMostPairsOfRow

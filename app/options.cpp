@@ -320,6 +320,12 @@ class Parser {
                                                 defaults_of(&FormFactorOptions::resolution))),
                 "N", whole<Index>(1, kMaxIndex))
         ->group(group);
+    add_checked(command->add_option("--factor-tolerance", options_.flags.factor_tolerance,
+                                    fmt::format("Typical relative error of the factor of two patches that\n"
+                                                "nothing stands between (analytic). Default: {:g}",
+                                                kFactorTolerance)),
+                "T", positive)
+        ->group(group);
     add_seed(command, group);
   }
 
@@ -419,7 +425,8 @@ class Parser {
                                         options_.checkpoint_s)),
         "SECONDS", positive);
     every->group(group);
-    for (const char* made : {"--method", "--samples", "--resolution", "--no-closure", "--accuracy"})
+    for (const char* made :
+         {"--method", "--samples", "--resolution", "--factor-tolerance", "--no-closure", "--accuracy"})
       file->excludes(command->get_option(made));
     for (CLI::Option* option : {file, resume, every}) option->excludes(command->get_option("--accuracy"));
     file->excludes(resume);
@@ -715,7 +722,7 @@ class Parser {
     }
     if (!options_.flags.method) return;
     const std::string& method = *options_.flags.method;
-    const auto refuse = [&](bool given, std::string_view name, Index FormFactorOptions::*setting) {
+    const auto refuse = [&](bool given, std::string_view name, auto FormFactorOptions::*setting) {
       if (!given) return;
       std::vector<std::string> users;
       for (const auto& info : form_factor_methods()) {
@@ -728,6 +735,7 @@ class Parser {
     };
     refuse(options_.flags.samples.has_value(), "samples", &FormFactorOptions::samples);
     refuse(options_.flags.resolution.has_value(), "resolution", &FormFactorOptions::resolution);
+    refuse(options_.flags.factor_tolerance.has_value(), "factor-tolerance", &FormFactorOptions::tolerance);
   }
 
   void explain_pipeline_settings() const {
@@ -814,6 +822,7 @@ SceneSettings override_settings(const SceneSettings& scene, const SceneSettings&
   override_with(settings.method, flags.method);
   override_with(settings.samples, flags.samples);
   override_with(settings.resolution, flags.resolution);
+  override_with(settings.factor_tolerance, flags.factor_tolerance);
   override_with(settings.seed, flags.seed);
   override_with(settings.solver, flags.solver);
   override_with(settings.tolerance, flags.tolerance);

@@ -57,6 +57,8 @@ int run_solve(const Options& options) {
     settings.method = made.method;
     settings.samples = made.options.samples > 0 ? std::optional(made.options.samples) : std::nullopt;
     settings.resolution = made.options.resolution > 0 ? std::optional(made.options.resolution) : std::nullopt;
+    settings.factor_tolerance =
+        made.options.tolerance > 0 ? std::optional(made.options.tolerance) : std::nullopt;
     if (!settings.seed) settings.seed = made.options.seed;
   }
   std::optional<Checkpoints> checkpoints;

@@ -169,6 +169,7 @@ std::string settings_text(const FormFactorOptions& options) {
   std::vector<std::string> parts;
   if (options.has_samples()) parts.push_back(fmt::format("samples {}", options.samples));
   if (options.has_resolution()) parts.push_back(fmt::format("resolution {}", options.resolution));
+  if (options.has_tolerance()) parts.push_back(fmt::format("factor tolerance {:g}", options.tolerance));
   return fmt::format("{}", fmt::join(parts, ", "));
 }
 

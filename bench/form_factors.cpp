@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Form factor methods × settings × scenes: time, memory, rays and error, side by side.
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "cases/known_rows.hpp"
 #include "cases/scenes.hpp"
 #include "radiosity/formfactors/assemble.hpp"
 #include "radiosity/meshing/make_patches.hpp"
@@ -19,90 +18,18 @@
 namespace {
 
 using namespace radiosity;
-using test::Facing;
+using test::KnownRows;
+using test::KnownScene;
+using test::RowErrors;
 
-struct BenchScene {
-  std::string name;
-  PatchMesh mesh;
-  /// Surfaces of n × n squares: the same with every square cut in four, and the patch that each of those is a quarter of.
-  std::optional<PatchMesh> finer;
-  std::vector<Index> parent;
-};
-
-template <class Build>
-BenchScene grids(std::string_view name, const Build& build) {
-  BenchScene out{"", build(1), build(2), {}};
-  std::vector<Index> size;  // patches of each surface
-  for (Index i = 0; i < out.mesh.patch_count(); ++i) {
-    if (out.mesh.surface(i) >= static_cast<Index>(size.size())) size.push_back(0);
-    ++size.back();
-  }
-  Index first = 0;
-  for (const Index patches : size) {
-    const auto n = static_cast<Index>(std::lround(std::sqrt(patches)));
-    for (Index b = 0; b < 2 * n; ++b) {
-      for (Index a = 0; a < 2 * n; ++a) out.parent.push_back(first + b / 2 * n + a / 2);
-    }
-    first += patches;
-  }
-  out.name = fmt::format("{}, {} patches", name, out.mesh.patch_count());
-  return out;
-}
-
-BenchScene cube_with_box(std::string_view name, Index n, const Vec3& shift) {
-  return grids(name, [&](Index cut) {
-    return test::MeshBuilder()
-        .box({0, 0, 0}, {1, 1, 1}, cut * n, Facing::inward)
-        .box(Vec3::Constant(0.25) + shift, Vec3::Constant(0.75) + shift, cut * n / 2, Facing::outward)
-        .build();
-  });
-}
-
-BenchScene rooms(double patch_size) {
-  BenchScene out{
+KnownScene rooms(double patch_size) {
+  KnownScene out{
       "", make_patches(test::two_furnished_rooms(), PatchSize{patch_size}).mesh.with_clusters({}), {}, {}};
   out.name = fmt::format("two furnished rooms, {} patches", out.mesh.patch_count());
   return out;
 }
 
-/// Rows of F for a few patches spread over the mesh, by the analytic method with 16 times as many points in partial shadow
-/// and, where the scene has a finer mesh, summed up from patches a quarter of the size: there quadratures are taken at
-/// twice the distance. The tests hold that method against brute force and closed forms.
-struct Reference {
-  std::vector<Index> rows;
-  std::vector<Eigen::ArrayXd> factors;
-};
-
-Reference reference(const BenchScene& scene, Index row_count) {
-  const Index n = scene.mesh.patch_count();
-  Reference out;
-  // By the golden ratio: steps in time with the grids would always take the same place on a wall.
-  for (Index k = 0; k < row_count; ++k) {
-    const double place = (k + 0.5) * 0.6180339887498949;
-    out.rows.push_back(static_cast<Index>((place - std::floor(place)) * n));
-  }
-  out.factors.assign(out.rows.size(), Eigen::ArrayXd::Zero(n));
-  const PatchMesh& mesh = scene.finer ? *scene.finer : scene.mesh;
-  const Visibility visibility(mesh);
-  const FormFactorMethodInfo& info = find_form_factor_method("analytic");
-  const auto method = info.make(visibility, {.samples = 16 * info.defaults.samples});
-  tbb::parallel_for(std::size_t{0}, out.rows.size(), [&](std::size_t r) {
-    const auto parent = [&](Index i) { return scene.finer ? scene.parent[i] : i; };
-    for (Index i = 0; i < mesh.patch_count(); ++i) {
-      if (parent(i) != out.rows[r]) continue;
-      method->rows(
-          i, i + 1, false,
-          [&](Index, std::span<const Index> columns, std::span<const double> values, std::optional<double>) {
-            for (std::size_t k = 0; k < columns.size(); ++k)
-              out.factors[r][parent(columns[k])] += values[k] * mesh.area(i);
-          });
-    }
-    out.factors[r] /= scene.mesh.area(out.rows[r]);
-  });
-  return out;
-}
-
-void run(const BenchScene& scene, const Reference& exact, const FormFactorMethodInfo& info,
+void run(const KnownScene& scene, const KnownRows& exact, const FormFactorMethodInfo& info,
          const FormFactorOptions& options, bool close) {
   using Clock = std::chrono::steady_clock;
   const auto start = Clock::now();
@@ -113,55 +40,38 @@ void run(const BenchScene& scene, const Reference& exact, const FormFactorMethod
   const auto [f, report] = assemble(*method, visibility, assembly);
   const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
 
-  double square = 0;
-  double norm = 0;
-  double l1 = 0;
-  double largest = 0;
-  for (std::size_t r = 0; r < exact.rows.size(); ++r) {
-    double row = 0;
-    for (Index j = 0; j < f.size(); ++j) {
-      const double error = std::abs(f(exact.rows[r], j) - exact.factors[r][j]);
-      square += error * error;
-      norm += exact.factors[r][j] * exact.factors[r][j];
-      row += error;
-      largest = std::max(largest, error);
-    }
-    l1 += row / static_cast<double>(exact.rows.size());
-  }
+  const RowErrors errors = exact.errors([&](Index i, Index j) { return static_cast<double>(f(i, j)); });
   fmt::print("| {} | {} {}{}{} | {:.2f} | {:.1f} | {:.2g} | {:.1e} | {:.1e} | {:.1e} | {:.1e} | {:.1e} |\n",
              scene.name, info.name, options.samples,
              options.has_resolution() ? fmt::format(" × {}", options.resolution) : "",
              close ? "" : ", rows as they are", seconds, static_cast<double>(f.bytes()) / 1e6,
-             static_cast<double>(report.rays), l1, std::sqrt(square / norm), largest,
+             static_cast<double>(report.rays), errors.l1, errors.frobenius, errors.largest,
              report.before.reciprocity_error_mean, report.before.closure_error_max);
   std::fflush(stdout);
 }
 
 /// Every scene at a few sizes, the smallest first.
-std::vector<std::vector<std::function<BenchScene()>>> scenes() {
+std::vector<std::vector<std::function<KnownScene()>>> scenes() {
   const auto sizes = [](const auto& make, std::initializer_list<double> list) {
-    std::vector<std::function<BenchScene()>> out;
+    std::vector<std::function<KnownScene()>> out;
     for (const double size : list) out.push_back([=] { return make(size); });
     return out;
   };
   const auto whole = [](double n) { return static_cast<Index>(n); };
   return {
+      sizes([=](double n) { return test::empty_cube(whole(n)); }, {4, 16, 40}),
+      sizes([=](double n) { return test::cube_with_box("cube with box", whole(n), Vec3::Zero()); },
+            {4, 16, 32}),
       sizes(
           [=](double n) {
-            return grids("empty cube", [=](Index cut) { return test::cube_room(cut * whole(n)); });
-          },
-          {4, 16, 40}),
-      sizes([=](double n) { return cube_with_box("cube with box", whole(n), Vec3::Zero()); }, {4, 16, 32}),
-      sizes(
-          [=](double n) {
-            return cube_with_box("cube with box off centre", whole(n), Vec3(0.1, -0.07, -0.12));
+            return test::cube_with_box("cube with box off centre", whole(n), Vec3(0.1, -0.07, -0.12));
           },
           {16}),
       sizes(rooms, {2, 0.31, 0.09}),
       sizes(
           [=](double n) {
-            return grids("plates at a gap of 1e-3",
-                         [=](Index cut) { return test::opposed_squares(1e-3, cut * whole(n)); });
+            return test::grids("plates at a gap of 1e-3",
+                               [=](Index cut) { return test::opposed_squares(1e-3, cut * whole(n)); });
           },
           {7, 70}),
   };
@@ -211,12 +121,12 @@ int main(int argc, char** argv) {
   for (auto& sizes : all) {
     if (smallest) sizes.resize(1);
     for (const auto& make : sizes) {
-      const BenchScene scene = make();
+      const KnownScene scene = make();
       if (scene.name.find(scene_name) == std::string::npos) continue;
       const Index n = scene.mesh.patch_count();
       if (smallest && n > 200) continue;
-      const Reference exact =
-          reference(scene, n > most_patches(find_form_factor_method("analytic")) ? rows / 4 : rows);
+      const KnownRows exact =
+          test::known_rows(scene, n > most_patches(find_form_factor_method("analytic")) ? rows / 4 : rows);
       for (const FormFactorMethodInfo& info : form_factor_methods()) {
         if ((!only.empty() && only != info.name) || n > most_patches(info)) continue;
         if (samples.empty() && resolutions.empty()) {

@@ -9,27 +9,30 @@ namespace {
 class Analytic final : public FormFactorMethod {
  public:
   Analytic(const Visibility& visibility, const FormFactorOptions& options)
-      : visibility_(visibility), pairs_(visibility, options.samples, options.seed) {}
+      : visibility_(visibility), pairs_(visibility, options.samples, options.seed, options.tolerance) {}
 
   void rows(Index first, Index last, bool upper, const Sink& sink) const override {
     const PatchMesh& mesh = visibility_.mesh();
-    std::vector<std::pair<Index, double>> row;
+    std::vector<double> row;
     std::vector<Index> columns;
     std::vector<double> values;
     for (Index i = first; i < last; ++i) {
       pairs_.cluster_row(i, upper, row);
       columns.clear();
       values.clear();
-      for (const auto& [j, mutual] : row) {
+      for (Index j = upper ? i : 0; j < mesh.cluster_count(); ++j) {
+        if (row[j] == 0) continue;
         columns.push_back(j);
-        values.push_back(mutual / mesh.cluster_areas()[i]);
+        values.push_back(row[j] / mesh.cluster_areas()[i]);
       }
       sink(i, columns, values, std::nullopt);
     }
   }
   bool reciprocal() const override { return true; }
   bool exact() const override { return visibility_.convex(); }
-  FormFactorOptions options() const override { return {.samples = pairs_.samples(), .seed = pairs_.seed()}; }
+  FormFactorOptions options() const override {
+    return {.samples = pairs_.samples(), .seed = pairs_.seed(), .tolerance = pairs_.tolerance()};
+  }
   Index max_entries_per_row() const override { return visibility_.mesh().cluster_count(); }
   std::uint64_t rays() const override { return pairs_.rays(); }
   PairCounts pairs() const override { return pairs_.counts(); }

@@ -61,11 +61,12 @@ struct RowTargets {
 RowTargets row_targets(const FormFactorMethod& method, const Visibility& visibility,
                        const ComputedRows& computed, const ReplacedRows& replaced, bool close) {
   const Eigen::ArrayXd& areas = visibility.mesh().cluster_areas();
-  RowTargets out{row_sums(computed.rows)};
+  RowTargets out{computed.packed ? computed.packed->measured.sums : row_sums(computed.rows)};
   Eigen::ArrayXd& target = out.sums;
   const Eigen::ArrayXd whole = (target > 0).cast<double>();
   if (method.exact() && computed.completed) {  // such rows tell themselves whether anything is missing
-    out.closed_scene = (whole > 0).any() && (target - whole).abs().maxCoeff() <= tolerance::kNoEscape;
+    out.closed_scene = (whole > 0).any() && (target - whole).abs().maxCoeff() <=
+                                                std::max(tolerance::kNoEscape, method.options().tolerance);
   } else if (computed.escaped) {
     out.closed_scene = is_closed(target, *computed.escaped, areas);
   } else if (close) {
@@ -139,18 +140,21 @@ AssembledFormFactors assemble(const FormFactorMethod& method, const Visibility& 
   PackedRows packed;
   if (report.closed_rows) {
     drop_isolated(rows, target);
-    report.before = measure(rows, target, areas, true);
-    packed = pack_scaled(rows, scaling_to_row_sums(rows, target, areas, std::move(replaced)), target, areas);
+    report.before = quality_of(measure(rows, areas, true), target, areas);
+    packed = pack_scaled(rows, scaling_to_row_sums(rows, target, areas, std::move(replaced)), areas);
+    report.after = quality_of(packed.measured, target, areas);
   } else if (options.close && (target > 1).any()) {  // at most 1, even where the right sum is not known
-    report.before = measure(rows, target, areas, true);
-    packed = pack_scaled(rows, scaling_to_at_most_one(target, std::move(replaced)), target.min(1.0), areas);
+    if (computed.packed) rows = unpack(computed.packed->rows);
+    report.before = quality_of(measure(rows, areas, true), target, areas);
+    packed = pack_scaled(rows, scaling_to_at_most_one(target, std::move(replaced)), areas);
+    report.after = quality_of(packed.measured, target.min(1.0), areas);
   } else {
-    packed = pack(rows, target, areas);
-    report.before = packed.quality;
+    packed = computed.packed ? std::move(*computed.packed) : pack(rows, areas);
+    if (computed.packed) shrink(packed.rows);
+    report.before = report.after = quality_of(packed.measured, target, areas);
   }
-  report.after = packed.quality;
 
-  const Eigen::ArrayXd& sums = packed.sums;
+  const Eigen::ArrayXd& sums = packed.measured.sums;
   report.isolated_patches = static_cast<Index>((sums == 0).count());
   const bool known_sums = report.closed_rows || (report.completed && report.closed_scene && method.exact());
   if (known_sums) {

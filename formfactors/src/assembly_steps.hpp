@@ -27,12 +27,27 @@ inline float rounded_down(double f) {
 
 inline constexpr Index kRowsPerTask = 16;
 
+/// Of each row: Σ_j F_ij and Σ_j |F_ij − F_ji A_j/A_i| / 2.
+struct MeasuredRows {
+  Eigen::ArrayXd sums, reciprocity;
+};
+struct PackedRows {
+  FormFactorMatrix::Rows rows;  ///< without what escapes, and the diagonal
+  MeasuredRows measured;
+};
+
 struct ComputedRows {
   RowList rows;
+  std::optional<PackedRows> packed;  ///< in place of `rows`, dense, where nothing is left to be done to them
   std::optional<Eigen::ArrayXd> escaped;  ///< as the method saw it; absent where it cannot tell
   bool completed = true;                  ///< false: `progress` asked to stop, rows not reached are empty
   std::uint64_t rays = 0;
   PairCounts pairs = {};
+
+  float* dense_row(Index i) {
+    FormFactorMatrix::Rows& dense = packed->rows;
+    return dense.values.data() + static_cast<std::size_t>(i) * static_cast<std::size_t>(dense.n);
+  }
 };
 /// F as the method gives it; of a reciprocal one half is computed. Throws InputError on what is not a share of light, or rows of an
 /// earlier run that are not of as many patches.
@@ -67,15 +82,14 @@ ReplacedRows replace_by_pairs(RowList& rows, const PairRows& pairs);
 
 /// What two entries that should be A_i F_ij = A_j F_ji differ by, as a share of what leaves i.
 double reciprocity_error(double f_ij, double f_ji, double a_i, double a_j);
-FormFactorQuality quality_of(const Eigen::ArrayXd& sums, const Eigen::ArrayXd& target,
-                             const Eigen::ArrayXd& reciprocity, const Eigen::ArrayXd& areas);
+FormFactorQuality quality_of(const MeasuredRows& rows, const Eigen::ArrayXd& target,
+                             const Eigen::ArrayXd& areas);
 /// Takes out what should exchange nothing: no scaling reaches such a sum.
 void drop_isolated(RowList& rows, const Eigen::ArrayXd& target);
 /// Measures F and, where `symmetrise` is set, turns it into S, S_ij = A_i F_ij, the same bits on both sides of the diagonal. Two
 /// estimates of the same A_i F_ij, one from either end: the one from i, of K samples, has a variance in proportion to A_i; weighted
 /// by inverse variance,   S_ij = (F_ij + F_ji) / (1/A_i + 1/A_j).
-FormFactorQuality measure(RowList& rows, const Eigen::ArrayXd& target, const Eigen::ArrayXd& areas,
-                          bool symmetrise);
+MeasuredRows measure(RowList& rows, const Eigen::ArrayXd& areas, bool symmetrise);
 
 // 4. close_rows.cpp
 
@@ -99,17 +113,20 @@ RowScaling scaling_to_at_most_one(const Eigen::ArrayXd& row_sums, ReplacedRows r
 
 // 5. pack_rows.cpp
 
-struct PackedRows {
-  FormFactorMatrix::Rows rows;  ///< without what escapes, and the diagonal
-  Eigen::ArrayXd sums;
-  FormFactorQuality quality;
-};
+/// Large pages where the system has them: tiles of F touch many at a time.
+std::vector<float> zeros(std::size_t count);
 /// Dense or sparse, whichever takes fewer bytes; finish(i, row) turns a row into what is stored of it. The rows are used up.
 FormFactorMatrix::Rows store(RowList& rows, const std::function<void(Index, Row&)>& finish = {});
 /// Of F as it is; the rows are used up.
-PackedRows pack(RowList& rows, const Eigen::ArrayXd& target, const Eigen::ArrayXd& areas);
+PackedRows pack(RowList& rows, const Eigen::ArrayXd& areas);
+/// Adds the lower half of n × n values: F_ji = F_ij A_i / A_j.
+MeasuredRows mirror_dense(std::vector<float>& values, const Eigen::ArrayXd& areas);
+/// A row of a dense F, from column `first` on, and all rows.
+Row dense_row(const FormFactorMatrix::Rows& dense, Index i, Index first);
+RowList unpack(const FormFactorMatrix::Rows& dense);
+/// Makes a dense F sparse where that takes fewer bytes.
+void shrink(FormFactorMatrix::Rows& dense);
 /// Of F_ij = S_ij scaling(i, j) / A_i; the rows of S are used up.
-PackedRows pack_scaled(RowList& symmetric, const RowScaling& scaling, const Eigen::ArrayXd& target,
-                       const Eigen::ArrayXd& areas);
+PackedRows pack_scaled(RowList& symmetric, const RowScaling& scaling, const Eigen::ArrayXd& areas);
 
 }  // namespace radiosity

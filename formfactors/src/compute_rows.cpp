@@ -45,9 +45,12 @@ void take(const PartialRows& partial, ComputedRows& out) {
     throw InputError(fmt::format("{} rows of an earlier run, of {} entries, do not fit {} patches",
                                  partial.done, partial.values.size(), out.rows.size()));
   for (std::size_t i = 0; i < done; ++i) {
-    Row& row = out.rows[i];
-    for (std::size_t k = partial.start[i]; k < partial.start[i + 1]; ++k)
-      row.push_back({partial.columns[k], partial.values[k]});
+    for (std::size_t k = partial.start[i]; k < partial.start[i + 1]; ++k) {
+      if (out.packed)
+        out.dense_row(static_cast<Index>(i))[partial.columns[k]] = partial.values[k];
+      else
+        out.rows[i].push_back({partial.columns[k], partial.values[k]});
+    }
     if (!partial.escaped.empty()) (*out.escaped)[static_cast<Eigen::Index>(i)] = partial.escaped[i];
   }
 }
@@ -55,7 +58,7 @@ void take(const PartialRows& partial, ComputedRows& out) {
 PartialRows first_rows(const ComputedRows& computed, Index done, bool told) {
   PartialRows out{.done = done, .start = {0}, .columns = {}, .values = {}, .escaped = {}};
   for (Index i = 0; i < done; ++i) {
-    for (const Entry& e : computed.rows[static_cast<std::size_t>(i)]) {
+    for (const Entry& e : computed.packed ? dense_row(computed.packed->rows, i, i) : computed.rows[i]) {
       out.columns.push_back(e.column);
       out.values.push_back(e.value);
     }
@@ -76,7 +79,12 @@ ComputedRows compute_rows(const FormFactorMethod& method, const Eigen::ArrayXd& 
                           const AssemblyOptions& options) {
   const auto n = static_cast<Index>(areas.size());
   const bool upper = method.reciprocal();
-  ComputedRows out{RowList(n), Eigen::ArrayXd::Zero(n)};
+  ComputedRows out{RowList(n), {}, Eigen::ArrayXd::Zero(n)};
+  if (upper && method.exact()) {
+    FormFactorMatrix::Rows& dense = out.packed.emplace().rows;
+    dense.n = n;
+    dense.values = zeros(out.rows.size() * out.rows.size());
+  }
   std::atomic<bool> told = n > 0;
   Index first_row = 0;
   if (options.partial) {
@@ -89,9 +97,15 @@ ComputedRows compute_rows(const FormFactorMethod& method, const Eigen::ArrayXd& 
                 [&](Index i, std::span<const Index> columns, std::span<const double> values,
                     std::optional<double> escaped) {
                   require_factors(i, columns, values);
-                  Row& row = out.rows[i];
-                  row.resize(values.size());
-                  for (std::size_t k = 0; k < row.size(); ++k) row[k] = {columns[k], rounded_down(values[k])};
+                  if (out.packed) {
+                    float* const row = out.dense_row(i);
+                    for (std::size_t k = 0; k < values.size(); ++k) row[columns[k]] = rounded_down(values[k]);
+                  } else {
+                    Row& row = out.rows[i];
+                    row.resize(values.size());
+                    for (std::size_t k = 0; k < row.size(); ++k)
+                      row[k] = {columns[k], rounded_down(values[k])};
+                  }
                   if (escaped)
                     (*out.escaped)[i] = *escaped;
                   else
@@ -119,7 +133,10 @@ ComputedRows compute_rows(const FormFactorMethod& method, const Eigen::ArrayXd& 
       });
   count();
   if (!told) out.escaped.reset();
-  if (upper) mirror(out.rows, areas);
+  if (out.packed)
+    out.packed->measured = mirror_dense(out.packed->rows.values, areas);
+  else if (upper)
+    mirror(out.rows, areas);
   return out;
 }
 

@@ -5,11 +5,13 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/meshing/tolerances.hpp"
+#include "row_list.hpp"
 
 namespace radiosity {
 FormFactorMatrix::FormFactorMatrix(Rows rows) : rows_(std::move(rows)) {
@@ -49,14 +51,15 @@ std::string FormFactorMatrix::fault_of(Index i) const {
     if (k > 0 && r.columns[k] <= r.columns[k - 1])
       return fmt::format("column {} follows column {}; they do not ascend", r.columns[k], r.columns[k - 1]);
   }
-  double sum = 0;
-  for (const float f : r.values) {
-    if (!(f >= 0 && std::isfinite(f))) return fmt::format("{} is not a share of light", f);
-    sum += static_cast<double>(f);
-  }
+  const double total = sum(r.values);
+  std::uint32_t signs = 0;
+  for (const float f : r.values) signs |= std::bit_cast<std::uint32_t>(f);
+  if (!std::isfinite(total) || signs >> 31 != 0)
+    for (const float f : r.values)
+      if (!(f >= 0 && std::isfinite(f))) return fmt::format("{} is not a share of light", f);
   const double escaped = rows_.escaped[i];
-  if (std::abs(1 - sum - r.diagonal - escaped) <= tolerance::kNotLost) return {};
-  return fmt::format("factors {}, diagonal {} and escaped {} do not add up to 1", sum, r.diagonal, escaped);
+  if (std::abs(1 - total - r.diagonal - escaped) <= tolerance::kNotLost) return {};
+  return fmt::format("factors {}, diagonal {} and escaped {} do not add up to 1", total, r.diagonal, escaped);
 }
 
 FormFactorRow FormFactorMatrix::row(Index i) const {

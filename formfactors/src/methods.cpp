@@ -15,7 +15,7 @@ constexpr std::array<FormFactorMethodInfo, 3> kMethods{{
     {"analytic",
      "exact unoccluded factor of each pair × visible fraction by exact shadows",
      "Sparrow1963",
-     {.samples = 36},
+     {.samples = 36, .tolerance = kFactorTolerance},
      make_analytic},
     {"hemisphere",
      "cosine-distributed rays from points spread over the patch",
@@ -51,6 +51,11 @@ std::unique_ptr<FormFactorMethod> FormFactorMethodInfo::make(const Visibility& v
   };
   fill("samples", options.samples, defaults.samples, 1 << 20);
   fill("resolution", options.resolution, defaults.resolution, 1 << 12);
+  if (defaults.has_tolerance()) {
+    if (options.tolerance == 0) options.tolerance = defaults.tolerance;
+    if (!(options.tolerance >= 1e-9 && options.tolerance <= 0.01))
+      throw InputError(fmt::format("factor tolerance: {:g} is outside [1e-9, 0.01]", options.tolerance));
+  }
   return factory(visibility, options);
 }
 

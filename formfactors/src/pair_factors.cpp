@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "radiosity/formfactors/sampling.hpp"
@@ -44,26 +45,45 @@ void for_each_point(const Polygon& polygon, int m, F&& f) {
 
 thread_local Occluders::Scratch scratch;
 
-}  // namespace
+Vec3 centre_of(const PatchMesh& mesh) {
+  return (mesh.lower() + mesh.upper()) / 2;
+}
 
-PairFactors::PairFactors(const Visibility& visibility, Index samples, std::uint64_t seed)
-    : visibility_(visibility), samples_(samples), packets_((samples + 15) / 16), seed_(seed) {
-  const PatchMesh& mesh = visibility.mesh();
-  // Kept near the origin: differences of large coordinates are taken once, here.
-  const Vec3 centre = (mesh.lower() + mesh.upper()) / 2;
-  polygons_.reserve(mesh.patch_count());
+// Kept near the origin: differences of large coordinates are taken once, here.
+std::vector<Polygon> centred_polygons(const PatchMesh& mesh) {
+  const Vec3 centre = centre_of(mesh);
+  std::vector<Polygon> polygons;
+  polygons.reserve(mesh.patch_count());
   for (Index i = 0; i < mesh.patch_count(); ++i) {
     std::vector<Vec3> corners;
     for (const Index v : mesh.corners(i)) corners.push_back(mesh.vertex(v) - centre);
-    convex_.push_back(polygon::is_convex(corners, mesh.normal(i), -tolerance::kGrazed));
-    polygons_.emplace_back(std::move(corners), mesh.normal(i));
+    polygons.emplace_back(std::move(corners), mesh.normal(i));
   }
-  groups_ = patch_groups(mesh, visibility.facets(), centre);
+  return polygons;
+}
+
+}  // namespace
+
+PairFactors::PairFactors(const Visibility& visibility, Index samples, std::uint64_t seed, double tolerance)
+    : visibility_(visibility),
+      samples_(samples),
+      packets_((samples + 15) / 16),
+      seed_(seed),
+      tolerance_(tolerance),
+      polygons_(centred_polygons(visibility.mesh())),
+      groups_(patch_groups(visibility.mesh(), visibility.facets(), centre_of(visibility.mesh()))),
+      columns_(polygons_, groups_, tolerance) {
+  const PatchMesh& mesh = visibility.mesh();
+  for (const Polygon& p : polygons_)
+    convex_.push_back(polygon::is_convex(p.corners, p.normal, -tolerance::kGrazed));
   group_of_.resize(polygons_.size());
-  for (std::size_t g = 0; g < groups_.size(); ++g)
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
     for (const Index i : groups_[g].patches) group_of_[i] = static_cast<std::uint32_t>(g);
+    any_covered_.push_back(std::any_of(groups_[g].patches.begin(), groups_[g].patches.end(),
+                                       [&](Index i) { return visibility.covered(i); }));
+  }
   if (visibility.convex()) return;
-  occluders_.emplace(mesh, visibility.facets(), groups_, centre);
+  occluders_.emplace(mesh, visibility.facets(), groups_, centre_of(mesh));
   if (!occluders_->usable()) occluders_.reset();
 }
 
@@ -136,23 +156,13 @@ std::uint64_t PairCounts::*PairFactors::approach(Index i, std::size_t group) con
   return nullptr;
 }
 
-void PairFactors::cluster_row(Index cluster, bool upper, std::vector<std::pair<Index, double>>& row) const {
+void PairFactors::cluster_row(Index cluster, bool upper, std::vector<double>& row) const {
   const PatchMesh& mesh = visibility_.mesh();
-  row.clear();
+  row.assign(mesh.cluster_count(), 0);
   for (const Index i : mesh.members(cluster))
     for_each_in_row(i, upper && !mesh.clustered(), [&](Index j, double mutual) {
-      if (const Index to = mesh.cluster(j); !upper || to >= cluster) row.emplace_back(to, mutual);
+      if (const Index to = mesh.cluster(j); !upper || to >= cluster) row[to] += mutual;
     });
-  // Sums in one order, so that they are the same bits whatever the groups.
-  std::sort(row.begin(), row.end());
-  std::size_t count = 0;
-  for (const auto& [to, mutual] : row) {
-    if (count > 0 && row[count - 1].first == to)
-      row[count - 1].second += mutual;
-    else
-      row[count++] = {to, mutual};
-  }
-  row.resize(count);
 }
 
 bool PairFactors::may_see_any(Index i) const {
@@ -161,12 +171,23 @@ bool PairFactors::may_see_any(Index i) const {
   return false;
 }
 
-double PairFactors::mutual_area(Index i, Index j) const {
-  PairCounts ignored;
-  return approach(i, group_of_[j]) == nullptr ? mutual_area_near(i, j, ignored) : 0;
+bool PairFactors::sees_all_of(Index i, std::size_t group) const {
+  const Polygon& p = polygons_[i];
+  const PatchGroup& g = groups_[group];
+  if (any_covered_[group] || !(visibility_.convex() || (occluders_ && scratch.near.empty()))) return false;
+  const double slack = tolerance::kOnPlane * p.radius;
+  return std::all_of(g.corners.begin(), g.corners.end(),
+                     [&](const Vec3& c) { return p.normal.dot(c - p.centroid) >= -slack; }) &&
+         std::all_of(p.corners.begin(), p.corners.end(),
+                     [&](const Vec3& c) { return g.normal.dot(c) - g.offset >= -slack; });
 }
 
-double PairFactors::mutual_area_near(Index i, Index j, PairCounts& counts) const {
+double PairFactors::near_area(Index i, Index j) const {
+  constexpr double kContour = std::numeric_limits<double>::infinity();
+  return radiosity::mutual_area(polygons_[std::min(i, j)], polygons_[std::max(i, j)], kContour);
+}
+
+double PairFactors::mutual_area(Index i, Index j, double area, PairCounts& counts) const {
   if (j < i) std::swap(i, j);
   const Polygon& p = polygons_[i];
   const Polygon& q = polygons_[j];
@@ -185,6 +206,11 @@ double PairFactors::mutual_area_near(Index i, Index j, PairCounts& counts) const
   }
   const Polygon& p_seen = p_front ? *p_front : p;
   const Polygon& q_seen = q_front ? *q_front : q;
+  const auto unoccluded = [&] {
+    if (p_front || q_front)
+      return radiosity::mutual_area(p_seen, q_seen, PatchColumns::least_distance(tolerance_));
+    return area != PatchColumns::kNear ? area : near_area(i, j);
+  };
   Occluders::View view = Occluders::View::crowded;
   if (visibility_.convex()) {
     view = Occluders::View::free;
@@ -197,10 +223,10 @@ double PairFactors::mutual_area_near(Index i, Index j, PairCounts& counts) const
       return 0;
     case Occluders::View::free:
       ++counts.free;
-      return radiosity::mutual_area(p_seen, q_seen);
+      return unoccluded();
     case Occluders::View::partial: {
       ++counts.partial;
-      const double whole = radiosity::mutual_area(p_seen, q_seen);
+      const double whole = unoccluded();
       return visible_by_shadows(p_seen, q_seen, whole) * whole;
     }
     case Occluders::View::crowded:
@@ -208,7 +234,7 @@ double PairFactors::mutual_area_near(Index i, Index j, PairCounts& counts) const
   }
   ++counts.by_rays;
   const double fraction = visible_by_rays(i, j);
-  return fraction > 0 ? fraction * radiosity::mutual_area(p_seen, q_seen) : 0;
+  return fraction > 0 ? fraction * unoccluded() : 0;
 }
 
 void PairFactors::add(const PairCounts& counts) const {

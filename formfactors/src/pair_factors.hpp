@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "occluders.hpp"
-#include "polygon_factor.hpp"
+#include "patch_columns.hpp"
 #include "radiosity/formfactors/form_factor_method.hpp"
 
 namespace radiosity {
@@ -29,10 +29,8 @@ namespace radiosity {
 class PairFactors {
  public:
   /// The visibility must outlive this object.
-  PairFactors(const Visibility& visibility, Index samples, std::uint64_t seed);
-
-  /// A_i F_ij in m²; the same bits for (i, j) and (j, i).
-  double mutual_area(Index i, Index j) const;
+  PairFactors(const Visibility& visibility, Index samples, std::uint64_t seed,
+              double tolerance = kFactorTolerance);
 
   /// False only where all patches lie behind i or are hidden from it in whole groups.
   bool may_see_any(Index i) const;
@@ -42,6 +40,7 @@ class PairFactors {
   template <class F>
   void for_each_in_row(Index i, bool upper, F&& f) const {
     PairCounts counts;
+    std::vector<double> areas;
     for (std::size_t group = 0; group < groups_.size(); ++group) {
       const std::vector<Index>& patches = groups_[group].patches;
       if (upper && patches.back() <= i) continue;
@@ -50,8 +49,12 @@ class PairFactors {
         counts.*none += static_cast<std::uint64_t>(patches.end() - j);
         continue;
       }
+      const bool free = sees_all_of(i, group);
+      columns_.mutual_areas(i, group, areas);
       for (; j != patches.end(); ++j) {
-        const double mutual = mutual_area_near(i, *j, counts);
+        const double area = areas[static_cast<std::size_t>(j - patches.begin())];
+        const double mutual = free ? (++counts.free, area != PatchColumns::kNear ? area : near_area(i, *j))
+                                   : mutual_area(i, *j, area, counts);
         if (mutual > 0) f(*j, mutual);
       }
     }
@@ -59,11 +62,12 @@ class PairFactors {
   }
 
   /// A_I F_IJ = Σ_i∈I Σ_j∈J A_i F_ij of cluster I and every cluster J, or every J ≥ I where `upper` is set, that it exchanges light
-  /// with; ascending. A cluster of several patches may exchange light with itself.
-  void cluster_row(Index cluster, bool upper, std::vector<std::pair<Index, double>>& row) const;
+  /// with, otherwise 0; a number for each J. A cluster of several patches may exchange light with itself.
+  void cluster_row(Index cluster, bool upper, std::vector<double>& row) const;
 
   Index samples() const { return samples_; }
   std::uint64_t seed() const { return seed_; }
+  double tolerance() const { return tolerance_; }
   std::uint64_t rays() const { return rays_.load(std::memory_order_relaxed); }
   PairCounts counts() const;  ///< of for_each_in_row
 
@@ -73,7 +77,11 @@ class PairFactors {
   };
   // Why i exchanges light with no patch of the group; null where it may.
   std::uint64_t PairCounts::*approach(Index i, std::size_t group) const;
-  double mutual_area_near(Index i, Index j, PairCounts& counts) const;
+  // After `approach`: nothing is in between, and all patches of the group are whole in front of i, which is whole in front of them.
+  bool sees_all_of(Index i, std::size_t group) const;
+  // Where PatchColumns gives `area`.
+  double mutual_area(Index i, Index j, double area, PairCounts& counts) const;
+  double near_area(Index i, Index j) const;
   void add(const PairCounts& counts) const;
   Weights sight_lines(Index i, Index j, Index first, Index last) const;
   double visible_by_rays(Index i, Index j) const;
@@ -82,10 +90,13 @@ class PairFactors {
   const Visibility& visibility_;
   Index samples_, packets_;
   std::uint64_t seed_;
+  double tolerance_;
   std::vector<Polygon> polygons_;
   std::vector<bool> convex_;
   std::vector<PatchGroup> groups_;
   std::vector<std::uint32_t> group_of_;
+  std::vector<bool> any_covered_;  // of groups
+  PatchColumns columns_;
   std::optional<Occluders> occluders_;  // absent where rays are used
   mutable std::atomic<std::uint64_t> rays_{0};
   mutable std::mutex counting_;

@@ -4,150 +4,158 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
+#include <limits>
 #include <numbers>
 
 #include "radiosity/meshing/polygon_kit.hpp"
 #include "radiosity/meshing/tolerances.hpp"
-#include "vector_clones.hpp"
+#include "vectors.hpp"
 
 namespace radiosity {
 namespace {
 
-// Gauss–Legendre rule of 8 points on [0, 1].
-constexpr std::array<double, 4> kGaussX{0.1834346424956498, 0.5255324099163290, 0.7966664774136267,
-                                        0.9602898564975363};
-constexpr std::array<double, 4> kGaussW{0.3626837833783620, 0.3137066458778873, 0.2223810344533745,
-                                        0.1012285362903763};
+using Edge = Polygon::Edge;
 
-// G with G''(w) = ln √(w² + d²), both constants of integration 0.
-double double_integral_of_log(double w, double d) {
-  const double q = w * w + d * d;
-  if (q == 0) return 0;
-  const double arc = d > 0 ? w * d * std::atan(w / d) : 0;
-  return (w * w - d * d) * std::log(q) / 4 - 0.75 * w * w + arc;
+constexpr double kSmallest = std::numeric_limits<double>::min();  // of normal numbers
+
+// Gauss–Legendre rule of 8 points on [−1, 1].
+constexpr std::array<double, kLanes> kGaussX{-0.9602898564975363, -0.7966664774136267, -0.5255324099163290,
+                                             -0.1834346424956498, 0.1834346424956498,  0.5255324099163290,
+                                             0.7966664774136267,  0.9602898564975363};
+constexpr std::array<double, kLanes> kGaussW{0.1012285362903763, 0.2223810344533745, 0.3137066458778873,
+                                             0.3626837833783620, 0.3626837833783620, 0.3137066458778873,
+                                             0.2223810344533745, 0.1012285362903763};
+
+Vec3 at(const Edge& e, double s) {
+  return e.start + s * e.direction;
 }
-
-struct Edge {
-  Vec3 start;
-  Vec3 direction;  // unit
-  double length;
-  Vec3 at(double s) const { return start + s * direction; }
-};
 
 double distance(const Vec3& x, const Edge& e) {
   const double t = std::clamp((x - e.start).dot(e.direction), 0.0, e.length);
-  return (x - e.at(t)).norm();
+  return (x - at(e, t)).norm();
 }
 
-// ∫_e ln|x − y| |dy| in closed form.
-double log_potential(const Vec3& x, const Edge& e) {
-  const Vec3 r = x - e.start;
-  const double p = r.dot(e.direction);
-  const double w = e.length - p;
-  const double d2 = r.cross(e.direction).squaredNorm();
-  const double near = p * p + d2;
-  const double far = w * w + d2;
-  double sum = -e.length;
-  if (far > 0) sum += w * std::log(far) / 2;
-  if (near > 0) sum += p * std::log(near) / 2;
-  if (d2 > 0) {
-    const double d = std::sqrt(d2);
-    sum += d * std::atan2(d * e.length, d2 - p * w);  // d times the angle under which x sees e
-  }
-  return sum;
+// ∫ ∫_f ln|x − y| |dy| |dx| over the part of length h about `middle` of an edge, by 8 points x; the inner integral is closed:
+//   w ln √(w² + d²) + p ln √(p² + d²) − l + d · (the angle under which x sees f),
+// where p and w = l − p are the parts of f before and after the foot of x, and d is the distance from its line.
+RADIOSITY_CLONES double part_of_edge_pair(const double* middle, const double* direction, double h,
+                                          const double* start, const double* line, double length) {
+  const Lanes s = load(kGaussX.data()) * (h / 2);
+  Lanes r[3];
+  for (std::size_t c = 0; c < 3; ++c) r[c] = middle[c] - start[c] + s * direction[c];
+  const Lanes p = r[0] * line[0] + r[1] * line[1] + r[2] * line[2];
+  const Lanes w = length - p;
+  const Lanes x0 = r[1] * line[2] - r[2] * line[1], x1 = r[2] * line[0] - r[0] * line[2],
+              x2 = r[0] * line[1] - r[1] * line[0];
+  const Lanes d2 = x0 * x0 + x1 * x1 + x2 * x2;
+  const Lanes d = square_root(d2);
+  const Lanes near = p * p + d2, far = w * w + d2;
+  const auto log_of = [](const Lanes& x) {
+    return natural_log(select(greater(x, Lanes{} + kSmallest), x, Lanes{} + 1));
+  };
+  const Lanes values = load(kGaussW.data()) * (w * log_of(far) / 2 + p * log_of(near) / 2 - length +
+                                               d * upper_angle(d * length, d2 - p * w));
+  double sum = 0;
+  for (std::size_t k = 0; k < kLanes; ++k) sum += values[k];
+  return sum * h / 2;
 }
 
-// ∫∫ ln|x − y| |dx| |dy| over [s0, s1] of e and all of f. Halved until the pieces are short compared with their distance
+// Over [s0, s1] of e and all of f. Halved until the pieces are short compared with their distance
 // from f: then the 8-point rule errs by about 1e-10. Where the edges touch, the halving ends at 1e-5 of the edge: the
 // integrand is continuous, and what the rule misses of its kink is of the order of the square of that.
 double graded(const Edge& e, const Edge& f, double s0, double s1) {
   const double h = s1 - s0;
   const double middle = (s0 + s1) / 2;
-  if (distance(e.at(middle), f) < 1.5 * h && h > 1e-5 * e.length) {
+  const Vec3 x = at(e, middle);
+  if (h > 1e-5 * e.length && distance(x, f) < 1.5 * h)
     return graded(e, f, s0, middle) + graded(e, f, middle, s1);
+  return part_of_edge_pair(x.data(), e.direction.data(), h, f.start.data(), f.direction.data(), f.length);
+}
+
+RADIOSITY_CLONES double parallel_sum(const double* w_of, const double* d_of, const double* sign,
+                                     std::size_t count) {
+  Lanes sum{};
+  for (std::size_t k = 0; k < count; k += kLanes) {
+    const Lanes w = load(w_of + k), d = load(d_of + k);
+    const Lanes width = absolute(w);
+    const Lanes w2 = w * w, d2 = d * d, q = w2 + d2;
+    const Lanes log = natural_log(select(greater(q, Lanes{} + kSmallest), q, Lanes{} + 1));
+    sum += load(sign + k) * ((w2 - d2) * log / 4 - 0.75 * w2 + width * d * upper_angle(width, d));
   }
+  double out = 0;
+  for (std::size_t k = 0; k < kLanes; ++k) out += sum[k];
+  return out;
+}
+
+// Σ sign G of pairs of parallel edges, G''(w) = ln √(w² + d²), both constants of integration 0:
+//   G = (w² − d²) ln(w² + d²) / 4 − 3 w² / 4 + w d arctan(w / d)
+struct ParallelTerms {
+  static constexpr std::size_t kMost = 64;
+  std::array<double, kMost> w, d, sign;
+  std::size_t count = 0;
   double sum = 0;
-  for (std::size_t k = 0; k < kGaussX.size(); ++k) {
-    const double offset = kGaussX[k] * h / 2;
-    sum += kGaussW[k] * (log_potential(e.at(middle - offset), f) + log_potential(e.at(middle + offset), f));
+
+  void add(double at_w, double at_d, double with_sign) {
+    w[count] = at_w;
+    d[count] = at_d;
+    sign[count] = with_sign;
+    if (++count == kMost) evaluate();
   }
-  return sum * h / 2;
-}
-
-// ∫∫ ln|x − y| dx·dy over two edges.
-double edge_pair(const Edge& e, const Edge& f) {
-  const double cosine = e.direction.dot(f.direction);
-  if (std::abs(cosine) <= tolerance::kParallel) return 0;
-  if (e.direction.cross(f.direction).norm() > tolerance::kParallel) return cosine * graded(e, f, 0, e.length);
-  const Vec3 r = f.start - e.start;
-  const double d = r.cross(e.direction).norm();
-  const double t0 = r.dot(e.direction);
-  const double t1 = t0 + cosine * f.length;
-  // t runs backwards along antiparallel edges; so does the sign of dx·dy: the integral comes out signed.
-  return double_integral_of_log(e.length - t0, d) - double_integral_of_log(-t0, d) -
-         double_integral_of_log(e.length - t1, d) + double_integral_of_log(-t1, d);
-}
-
-void edges_of(std::span<const Vec3> polygon, std::vector<Edge>& edges) {
-  edges.clear();
-  for (std::size_t k = 0; k < polygon.size(); ++k) {
-    const Vec3 d = polygon[(k + 1) % polygon.size()] - polygon[k];
-    const double length = d.norm();
-    if (length > 0) edges.push_back({polygon[k], d / length, length});
+  void evaluate() {
+    while (count % kLanes != 0) {
+      w[count] = d[count] = sign[count] = 0;
+      ++count;
+    }
+    sum += parallel_sum(w.data(), d.data(), sign.data(), count);
+    count = 0;
   }
-}
-
-// A_i F_ij in contour form.
-double contour_mutual_area(std::span<const Vec3> p, std::span<const Vec3> q) {
-  thread_local std::vector<Edge> pe, qe;
-  edges_of(p, pe);
-  edges_of(q, qe);
-  double sum = 0;
-  for (const Edge& e : pe) {
-    for (const Edge& f : qe) sum += edge_pair(e, f);
-  }
-  return sum / (2 * std::numbers::pi);
-}
-
-template <std::size_t kLanes>
-struct Vector {
-  using Doubles [[gnu::vector_size(kLanes * sizeof(double))]] = double;
 };
 
-// Adds weight · cosθ cosθ' / r² of a point x, y, z, weight on polygon p and of as many points of q as there are lanes.
-template <std::size_t kLanes>
-RADIOSITY_INLINE void add_kernels(const double* x, const double* p_normal, const double* points,
-                                  std::size_t stride, const double* q_normal,
-                                  typename Vector<kLanes>::Doubles& sum) {
-  typename Vector<kLanes>::Doubles r[3], weight;
-  for (std::size_t c = 0; c < 3; ++c) {
-    std::memcpy(&r[c], points + c * stride, sizeof r[c]);
-    r[c] -= x[c];
+// A_i F_ij in contour form.
+double contour_mutual_area(std::span<const Edge> p, std::span<const Edge> q) {
+  ParallelTerms parallel;
+  double sum = 0;
+  for (const Edge& e : p) {
+    for (const Edge& f : q) {
+      const double cosine = e.direction.dot(f.direction);
+      if (std::abs(cosine) <= tolerance::kParallel) continue;
+      if (e.direction.cross(f.direction).squaredNorm() > tolerance::kParallel * tolerance::kParallel) {
+        sum += cosine * graded(e, f, 0, e.length);
+        continue;
+      }
+      const Vec3 r = f.start - e.start;
+      const double d = r.cross(e.direction).norm();
+      const double t0 = r.dot(e.direction);
+      const double t1 = t0 + cosine * f.length;
+      // t runs backwards along antiparallel edges; so does the sign of dx·dy: the integral comes out signed.
+      parallel.add(e.length - t0, d, 1);
+      parallel.add(-t0, d, -1);
+      parallel.add(e.length - t1, d, -1);
+      parallel.add(-t1, d, 1);
+    }
   }
-  std::memcpy(&weight, points + 3 * stride, sizeof weight);
-  const auto r2 = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
-  const auto cosines = (p_normal[0] * r[0] + p_normal[1] * r[1] + p_normal[2] * r[2]) *
-                       (q_normal[0] * r[0] + q_normal[1] * r[1] + q_normal[2] * r[2]);
-  sum += x[3] * weight * cosines / (r2 * r2);
+  parallel.evaluate();
+  return (sum + parallel.sum) / (2 * std::numbers::pi);
 }
 
 // Kernel cosθ cosθ' / (π r²) summed over the two product rules, up to its sign. Points behind the other plane do not occur here.
 RADIOSITY_CLONES double quadrature(const Polygon::Rule& p, const double* p_normal, const Polygon::Rule& q,
                                    const double* q_normal) {
-  Vector<8>::Doubles eight{};
-  Vector<4>::Doubles four{};
-  const double* const points = q.columns.data();
+  Lanes sum{};
   for (std::size_t i = 0; i < p.size; ++i) {
-    double x[4];
-    for (std::size_t c = 0; c < 4; ++c) x[c] = p.columns[c * p.stride + i];
-    std::size_t k = 0;
-    for (; k + 8 <= q.stride; k += 8) add_kernels<8>(x, p_normal, points + k, q.stride, q_normal, eight);
-    if (k < q.stride) add_kernels<4>(x, p_normal, points + k, q.stride, q_normal, four);
+    for (std::size_t k = 0; k < q.stride; k += kLanes) {
+      Lanes r[3];
+      for (std::size_t c = 0; c < 3; ++c)
+        r[c] = load(q.columns.data() + c * q.stride + k) - p.columns[c * p.stride + i];
+      const Lanes s = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
+      const Lanes cosines = (p_normal[0] * r[0] + p_normal[1] * r[1] + p_normal[2] * r[2]) *
+                            (q_normal[0] * r[0] + q_normal[1] * r[1] + q_normal[2] * r[2]);
+      sum += p.columns[3 * p.stride + i] * load(q.columns.data() + 3 * q.stride + k) * cosines / (s * s);
+    }
   }
-  double sum = 0;
-  for (std::size_t k = 0; k < 4; ++k) sum += eight[k] + eight[k + 4] + four[k];
-  return sum / std::numbers::pi;
+  double out = 0;
+  for (std::size_t k = 0; k < kLanes; ++k) out += sum[k];
+  return out / std::numbers::pi;
 }
 
 struct Node {
@@ -156,7 +164,7 @@ struct Node {
 };
 
 Polygon::Rule columns_of(const std::vector<Node>& nodes) {
-  Polygon::Rule rule{nodes.size(), (nodes.size() + 3) / 4 * 4, {}};
+  Polygon::Rule rule{nodes.size(), (nodes.size() + kLanes - 1) / kLanes * kLanes, {}};
   rule.columns.resize(4 * rule.stride);
   for (std::size_t k = 0; k < rule.stride && !nodes.empty(); ++k) {
     const Node& node = nodes[std::min(k, nodes.size() - 1)];  // the last again and again, without a weight
@@ -167,10 +175,11 @@ Polygon::Rule columns_of(const std::vector<Node>& nodes) {
   return rule;
 }
 
-// The n × n Gauss points of the bilinear map of a convex quad; nothing where the map folds.
-template <std::size_t n>
-std::vector<Node> tensor_nodes(const std::vector<Vec3>& c, const Vec3& normal, const std::array<double, n>& x,
-                               const std::array<double, n>& w) {
+// The 3 × 3 Gauss points of the bilinear map of a convex quad; nothing where the map folds.
+std::vector<Node> tensor_nodes(const std::vector<Vec3>& c, const Vec3& normal) {
+  constexpr std::size_t n = 3;
+  constexpr std::array<double, n> x{0.1127016653792583, 0.5, 0.8872983346207417},
+      w{5.0 / 18, 8.0 / 18, 5.0 / 18};
   std::vector<Node> nodes;
   const polygon::BilinearQuad quad(c);
   for (std::size_t i = 0; i < n; ++i) {
@@ -216,14 +225,13 @@ Polygon::Polygon(std::vector<Vec3> c, const Vec3& unit_normal) : corners(std::mo
   if (area > 0) centroid += moment / area;
   radius = 0;
   for (const Vec3& v : corners) radius = std::max(radius, (v - centroid).norm());
-  if (corners.size() == 4) {
-    rule = columns_of(tensor_nodes<3>(corners, normal, {0.1127016653792583, 0.5, 0.8872983346207417},
-                                      {5.0 / 18, 8.0 / 18, 5.0 / 18}));
-    coarse_rule =
-        columns_of(tensor_nodes<2>(corners, normal, {0.2113248654051871, 0.7886751345948129}, {0.5, 0.5}));
-  }
+  if (corners.size() == 4) rule = columns_of(tensor_nodes(corners, normal));
   if (rule.size == 0) rule = columns_of(fan_nodes(corners, normal));
-  if (coarse_rule.size == 0) coarse_rule = rule;
+  for (std::size_t k = 0; k < corners.size(); ++k) {
+    const Vec3 d = corners[(k + 1) % corners.size()] - corners[k];
+    const double length = d.norm();
+    if (length > 0) edges.push_back({corners[k], d / length, length});
+  }
 }
 
 std::optional<Polygon> front_part(const Polygon& a, const Polygon& b, bool& visible) {
@@ -245,16 +253,12 @@ std::optional<Polygon> front_part(const Polygon& a, const Polygon& b, bool& visi
   return part;
 }
 
-double mutual_area(const Polygon& p, const Polygon& q) {
+double mutual_area(const Polygon& p, const Polygon& q, double far) {
   const double r = (p.centroid - q.centroid).norm();
-  const double reach = p.radius + q.radius;
   // The cosines have opposite signs: r points from one to the other.
-  const auto far = [&](const Polygon::Rule& a, const Polygon::Rule& b) {
-    return -quadrature(a, p.normal.data(), b, q.normal.data());
-  };
-  const double area = r > tolerance::kVeryFarPair * reach ? far(p.coarse_rule, q.coarse_rule)
-                      : r > tolerance::kFarPair * reach   ? far(p.rule, q.rule)
-                                                          : contour_mutual_area(p.corners, q.corners);
+  const double area = r > far * (p.radius + q.radius)
+                          ? -quadrature(p.rule, p.normal.data(), q.rule, q.normal.data())
+                          : contour_mutual_area(p.edges, q.edges);
   return std::clamp(area, 0.0, std::min(p.area, q.area));  // rounding may leave that range by 1e-16
 }
 

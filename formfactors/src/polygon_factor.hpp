@@ -19,13 +19,20 @@ struct Polygon {
   double area;
   double radius;  ///< of the sphere round the centroid that holds the corners
 
-  /// Quadrature rules of degree 5 and 3 over the polygon: columns x, y, z and weight of `stride` numbers each. The first `size` weights
-  /// add up to the area; those that fill up a vector of four are 0.
+  struct Edge {
+    Vec3 start;
+    Vec3 direction;  // unit
+    double length;
+  };
+  std::vector<Edge> edges;  ///< those with a length
+
+  /// Quadrature of degree 5 over the polygon: columns x, y, z and weight of `stride` numbers each. The first `size` weights
+  /// add up to the area; those that fill up vectors are 0.
   struct Rule {
     std::size_t size = 0, stride = 0;
     std::vector<double> columns;
   };
-  Rule rule, coarse_rule;
+  Rule rule;
 };
 
 /// The part of `a` in front of b's plane, where that is neither all of it nor nothing; `visible` says whether anything is.
@@ -34,8 +41,8 @@ std::optional<Polygon> front_part(const Polygon& a, const Polygon& b, bool& visi
 /// Unoccluded A_i F_ij in m² between two planar polygons that lie in front of each other's plane (see front_part):
 ///   A_i F_ij = 1/(2π) ∮_i ∮_j ln|x − y| dx·dy   [Sparrow1963]
 /// The inner integral is closed, the outer one a Gauss rule graded towards where the contours come near each other;
-/// parallel edges are closed altogether. Far pairs, where the contour form cancels, take a product Gauss rule
-/// of the kernel cosθ cosθ' / (π r²).
-double mutual_area(const Polygon& p, const Polygon& q);
+/// parallel edges are closed altogether. Pairs further apart than `far` · (sum of their radii), where the contour form cancels, take
+/// the product of their quadratures of the kernel cosθ cosθ' / (π r²).
+double mutual_area(const Polygon& p, const Polygon& q, double far);
 
 }  // namespace radiosity

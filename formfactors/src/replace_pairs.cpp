@@ -11,11 +11,12 @@ std::shared_ptr<const PairRows> compute_pairs(const PairwisePatches& chosen, con
                                                  chosen.hidden, RowList(count), RowList(count)});
   const auto compute = [&](Index k) {
     const Index i = chosen.patches[k];
-    std::vector<std::pair<Index, double>> all;
+    std::vector<double> all;
     chosen.factors->cluster_row(i, false, all);
-    for (const auto& [j, mutual] : all) {
-      out->rows[k].push_back({j, rounded_down(mutual / areas[i])});
-      out->columns[k].push_back({j, rounded_down(mutual / areas[j])});
+    for (Index j = 0; j < static_cast<Index>(all.size()); ++j) {
+      if (all[j] == 0) continue;
+      out->rows[k].push_back({j, rounded_down(all[j] / areas[i])});
+      out->columns[k].push_back({j, rounded_down(all[j] / areas[j])});
     }
   };
   const bool completed = for_each_block(

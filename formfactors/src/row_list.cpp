@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <utility>
 
+#include "vector_clones.hpp"
+
 namespace radiosity {
 
 std::size_t count_entries(const RowList& rows) {
@@ -32,6 +34,21 @@ RowList transpose(const RowList& rows, std::size_t columns) {
       for (const Entry& e : rows[i]) t[e.column][place[block][e.column]++] = {static_cast<Index>(i), e.value};
   });
   return t;
+}
+
+RADIOSITY_CLONES static double sum_of(const float* values, std::size_t count) {
+  std::array<double, 16> s{};
+  std::size_t k = 0;
+  for (; k + s.size() <= count; k += s.size())
+    for (std::size_t chain = 0; chain < s.size(); ++chain) s[chain] += static_cast<double>(values[k + chain]);
+  for (; k < count; ++k) s[0] += static_cast<double>(values[k]);
+  for (std::size_t half = s.size() / 2; half > 0; half /= 2)
+    for (std::size_t chain = 0; chain < half; ++chain) s[chain] += s[chain + half];
+  return s[0];
+}
+
+double sum(std::span<const float> row) {
+  return sum_of(row.data(), row.size());
 }
 
 Eigen::ArrayXd row_sums(const RowList& rows) {

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "radiosity/meshing/types.hpp"
@@ -65,6 +66,9 @@ double sum(const Row& row, F&& term) {
 inline double sum(const Row& row) {
   return sum(row, [](const Entry& e) { return static_cast<double>(e.value); });
 }
+
+/// The same of a dense row.
+double sum(std::span<const float> row);
 
 Eigen::ArrayXd row_sums(const RowList& rows);
 

@@ -21,8 +21,9 @@ struct RowsOnDemand::Pairwise {
   std::unique_ptr<FormFactorMethod> method;
 
   const FormFactorMethod& get() {
-    tbb::collaborative_call_once(made,
-                                 [&] { method = make_analytic(visibility, {.samples = kPairwiseSamples}); });
+    tbb::collaborative_call_once(made, [&] {
+      method = make_analytic(visibility, {.samples = kPairwiseSamples, .tolerance = kFactorTolerance});
+    });
     return *method;
   }
 };

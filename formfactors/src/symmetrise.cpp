@@ -9,13 +9,13 @@ double reciprocity_error(double f_ij, double f_ji, double a_i, double a_j) {
   return std::abs(f_ij * a_i - f_ji * a_j) / (2 * a_i);
 }
 
-FormFactorQuality quality_of(const Eigen::ArrayXd& sums, const Eigen::ArrayXd& target,
-                             const Eigen::ArrayXd& reciprocity, const Eigen::ArrayXd& areas) {
+FormFactorQuality quality_of(const MeasuredRows& rows, const Eigen::ArrayXd& target,
+                             const Eigen::ArrayXd& areas) {
   if (areas.size() == 0) return {};
-  const Eigen::ArrayXd closure = (sums - target).abs();
+  const Eigen::ArrayXd closure = (rows.sums - target).abs();
   const double total = areas.sum();
-  return {closure.maxCoeff(), (closure * areas).sum() / total, reciprocity.maxCoeff(),
-          (reciprocity * areas).sum() / total};
+  return {closure.maxCoeff(), (closure * areas).sum() / total, rows.reciprocity.maxCoeff(),
+          (rows.reciprocity * areas).sum() / total};
 }
 
 void drop_isolated(RowList& rows, const Eigen::ArrayXd& target) {
@@ -27,15 +27,14 @@ void drop_isolated(RowList& rows, const Eigen::ArrayXd& target) {
   });
 }
 
-FormFactorQuality measure(RowList& rows, const Eigen::ArrayXd& target, const Eigen::ArrayXd& areas,
-                          bool symmetrise) {
+MeasuredRows measure(RowList& rows, const Eigen::ArrayXd& areas, bool symmetrise) {
   RowList t = transpose(rows, rows.size());
-  Eigen::ArrayXd sums(areas.size()), reciprocity(areas.size());
+  MeasuredRows out{Eigen::ArrayXd(areas.size()), Eigen::ArrayXd(areas.size())};
   for_each_row(static_cast<Index>(rows.size()), [&](Index i) {
     Row& row = rows[i];
     Row symmetric;
     if (symmetrise) symmetric.reserve(row.size() + t[i].size());
-    sums[i] = sum(row);
+    out.sums[i] = sum(row);
     double error = 0;
     merge(row, t[i], [&](Index j, double f_ij, double f_ji) {
       error += reciprocity_error(f_ij, f_ji, areas[i], areas[j]);
@@ -43,11 +42,11 @@ FormFactorQuality measure(RowList& rows, const Eigen::ArrayXd& target, const Eig
         symmetric.push_back(
             {j, static_cast<float>((f_ij + f_ji) * (areas[i] * areas[j] / (areas[i] + areas[j])))});
     });
-    reciprocity[i] = error;
+    out.reciprocity[i] = error;
     if (symmetrise) row = Row(symmetric.begin(), symmetric.end());
     t[i] = {};
   });
-  return quality_of(sums, target, reciprocity, areas);
+  return out;
 }
 
 }  // namespace radiosity

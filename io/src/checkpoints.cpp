@@ -66,6 +66,7 @@ std::uint64_t digest(const LoadedScene& loaded, const SceneSettings& settings, b
   all.add_optional(settings.method);
   all.add_optional(settings.samples);
   all.add_optional(settings.resolution);
+  all.add_optional(settings.factor_tolerance);
   all.add_optional(settings.seed);
   all.add_optional(settings.solver);
   all.add_optional(settings.tolerance);

@@ -49,7 +49,8 @@ FormFactorFileFacts facts_of(const Attributes& attributes) {
   return {attributes.text("method"),
           {.samples = attributes.number<std::int32_t>("samples"),
            .resolution = attributes.number<std::int32_t>("resolution"),
-           .seed = attributes.number<std::uint64_t>("seed")},
+           .seed = attributes.number<std::uint64_t>("seed"),
+           .tolerance = attributes.number<double>("factor_tolerance")},
           attributes.number<std::int32_t>("patches")};
 }
 
@@ -77,6 +78,7 @@ void write_form_factors(const fs::path& file, const FormFactorMatrix& form_facto
     attributes.write_number("samples", facts.options.samples);
     attributes.write_number("resolution", facts.options.resolution);
     attributes.write_number("seed", facts.options.seed);
+    attributes.write_number("factor_tolerance", facts.options.tolerance);
     attributes.write_number("patches", rows.n);
     attributes.write_number("mesh_digest", digest(mesh));
     for_each_number(facts.assembly, [&](const char* name, const auto& value) {

@@ -76,6 +76,7 @@ Json to_json(const FormFactorFacts& facts) {
   Json parameters = {{"seed", facts.options.seed}};
   if (facts.options.has_samples()) parameters["samples"] = facts.options.samples;
   if (facts.options.has_resolution()) parameters["resolution"] = facts.options.resolution;
+  if (facts.options.has_tolerance()) parameters["factor_tolerance"] = facts.options.tolerance;
   const AssemblyReport& assembly = facts.assembly;
   Json json = {{"method", facts.method},     {"parameters", parameters}, {"storage", name_of(facts.storage)},
                {"nonzeros", facts.nonzeros}, {"bytes", facts.bytes},     {"rays", assembly.rays}};

@@ -602,10 +602,11 @@ SceneFile read_scene_file(const std::filesystem::path& file) {
     settings.element_samples = index(elements->integer("samples", 1, 1 << 20));
   }
   if (const auto factors = top.section("form_factors", "form_factors")) {
-    factors->allow_only({"method", "samples", "resolution", "seed"});
+    factors->allow_only({"method", "samples", "resolution", "factor_tolerance", "seed"});
     settings.method = factors->text("method");
     settings.samples = index(factors->integer("samples", 1, kMost));
     settings.resolution = index(factors->integer("resolution", 1, kMost));
+    settings.factor_tolerance = factors->number("factor_tolerance", kPositive, positive);
     if (const auto seed = factors->integer("seed", 0, std::numeric_limits<std::int64_t>::max()))
       settings.seed = static_cast<std::uint64_t>(*seed);
   }

@@ -31,6 +31,7 @@ ChosenMethod choose_method(const Visibility& visibility, const SceneSettings& se
   chosen.info = &find_form_factor_method(name);
   chosen.options.samples = settings.samples.value_or(0);
   chosen.options.resolution = settings.resolution.value_or(0);
+  chosen.options.tolerance = settings.factor_tolerance.value_or(0);
   chosen.options.seed = settings.seed.value_or(chosen.options.seed);
   chosen.method = chosen.info->make(visibility, chosen.options);
   return chosen;

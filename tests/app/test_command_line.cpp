@@ -40,9 +40,10 @@ TEST_F(CommandLine, HelpListsEveryCommand) {
 }
 
 TEST_F(CommandLine, HelpOfEachCommandListsEveryOption) {
-  const std::vector<std::string> factors = {"--patch-size", "--method", "--samples",    "--resolution",
-                                            "--seed",       "--output", "--report",     "--threads",
-                                            "--quiet",      "--help",   "--no-closure", "--memory-limit"};
+  const std::vector<std::string> factors = {"--patch-size",       "--method", "--samples", "--resolution",
+                                            "--factor-tolerance", "--seed",   "--output",  "--report",
+                                            "--threads",          "--quiet",  "--help",    "--no-closure",
+                                            "--memory-limit"};
   std::vector<std::string> solve = factors;
   solve.insert(solve.end(), {"--solver", "--tolerance", "--max-iterations", "--series", "--paraview"});
   const std::vector<std::pair<std::string, std::vector<std::string>>> commands = {
@@ -129,6 +130,7 @@ TEST_F(CommandLine, NamesOptionValueAndRuleOfABadNumber) {
   refused("--samples", "1.5");
   refused("--samples", "99999999999");
   refused("--resolution", "x");
+  refused("--factor-tolerance", "0");
   refused("--seed", "-1");
   refused("--tolerance", "0");
   refused("--tolerance", "inf");
@@ -146,6 +148,8 @@ TEST_F(CommandLine, RefusesASettingThatTheMethodDoesNotUse) {
                      "--resolution has no effect with --method hemisphere");
   expect_usage_error({"solve", "a.obj", "-o", "b.vtp", "--method", "analytic", "--resolution", "64"},
                      "--resolution has no effect with --method analytic");
+  expect_usage_error({"solve", "a.obj", "-o", "b.vtp", "--method", "hemicube", "--factor-tolerance", "1e-4"},
+                     "--factor-tolerance has no effect with --method hemicube; it belongs to analytic");
 }
 
 }  // namespace

@@ -74,7 +74,9 @@ TEST(AnalyticBounds, NoOccluderAddsToAFactor) {
         for (const Index v : room.corners(j)) b.push_back(room.vertex(v));
         const double alone =
             MethodSetup(MeshBuilder().polygon(a).polygon(b).build(), analytic()).raw().f(0, 1);
-        EXPECT_LE(occluded(i, j), alone * (1 + 1e-7) + 1e-13) << "seed " << seed << ": " << i << ", " << j;
+        // The contour form of slivers is a difference of terms of some 0.1 m².
+        const double rounding = 1e-13 + 1e-17 / room.area(i);
+        EXPECT_LE(occluded(i, j), alone * (1 + 1e-7) + rounding) << "seed " << seed << ": " << i << ", " << j;
       }
   }
 }

@@ -326,6 +326,7 @@ size = 0.1
 method = "hemisphere"
 samples = 1024
 resolution = 256
+factor_tolerance = 1e-5
 seed = 7
 [solver]
 name = "gauss-seidel"
@@ -349,6 +350,7 @@ vertical_fov_deg = 35
   EXPECT_EQ(settings.method, "hemisphere");
   EXPECT_EQ(settings.samples, 1024);
   EXPECT_EQ(settings.resolution, 256);
+  EXPECT_EQ(settings.factor_tolerance, 1e-5);
   EXPECT_EQ(settings.seed, 7U);
   EXPECT_EQ(settings.solver, "gauss-seidel");
   EXPECT_EQ(settings.tolerance, 1e-6);

@@ -14,14 +14,20 @@
 
 namespace radiosity {
 
+inline constexpr double kFactorTolerance =
+    1e-6;  ///< the default, and that of pairs in methods that sample directions
+
 struct FormFactorOptions {
   /// Rays per patch (hemisphere); viewpoints per patch (hemicube); points, or shadow rays, per partly hidden pair (analytic).
   /// 0: the default.
   Index samples = 0;
   Index resolution = 0;    ///< cells along an edge of the hemicube's top; 0: the default
   std::uint64_t seed = 1;  ///< of the streams of random numbers, one stream per patch
+  /// Relative error of the factor of two patches that nothing stands between (analytic), root mean square over positions; 0: the default.
+  double tolerance = 0;
 
   /// Of options in force, and of a method's defaults: whether the method has a use for them.
+  bool has_tolerance() const { return tolerance > 0; }
   bool has_samples() const { return samples > 0; }
   bool has_resolution() const { return resolution > 0; }
 };
@@ -94,7 +100,7 @@ struct FormFactorMethodInfo {
                                                const FormFactorOptions& options);
 
   /// The method with defaults filled in. Throws InputError on a setting that is negative or absurdly large
-  /// (more than 2^20 samples or 2^12 cells).
+  /// (more than 2^20 samples or 2^12 cells, a tolerance outside [1e-9, 0.01]).
   std::unique_ptr<FormFactorMethod> make(const Visibility& visibility, FormFactorOptions options = {}) const;
 };
 

@@ -25,6 +25,7 @@ struct SceneSettings {
   std::optional<Index> element_samples = {};
   std::optional<std::string> method = {};
   std::optional<Index> samples = {}, resolution = {};
+  std::optional<double> factor_tolerance = {};
   std::optional<std::uint64_t> seed = {};
   std::optional<std::string> solver = {};
   std::optional<double> tolerance = {};

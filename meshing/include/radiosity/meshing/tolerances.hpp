@@ -96,13 +96,14 @@ inline constexpr double kWholeWinding = 0.1;
 /// Surfaces are closed but for such lamps and screens when winding numbers are whole before this share of their area.
 inline constexpr double kMostlyClosed = 0.9;
 
-/// Pairs further apart than kFarPair · (sum of their radii) take product quadrature of degree 5: for squares in any
-/// position its relative error there is 3e-6 at worst and 3e-7 rms, and falls with the sixth power of the distance. The
-/// contour form, exact but for rounding, costs ten times as much.
-inline constexpr double kFarPair = 4;
-
-/// Beyond kVeryFarPair · (sum of the radii) degree 3, with a fifth of the points, errs as little.
-inline constexpr double kVeryFarPair = 20;
+/// Relative errors of quadratures of the kernel cosθ cosθ' / (π r²) over two patches whose distance is d · (sum of their radii),
+/// root mean square over all positions in front of each other; single ones, at grazing angles, are up to ten times that:
+///   kMoments d⁻⁴   (kMomentsOdd d⁻³ where one is no parallelogram)   second moments about the centroids
+///   kGauss d⁻⁶     the 2 × 2 Gauss points of parallelograms with fourth moments
+///   kProduct d⁻⁶   (kProductOdd) quadrature of degree 5, squares (and triangles)
+/// The contour form, exact but for rounding, costs some ten times as much as the last.
+inline constexpr double kMoments = 0.25, kMomentsOdd = 0.1, kGauss = 0.05, kProduct = 0.0045,
+                        kProductOdd = 0.026;
 
 /// A row of sampled form factors whose sum would need a factor beyond this (or below its inverse) does not agree with the rows
 /// of the patches that it sees: sampling errors of row sums are some per cent.
