@@ -84,7 +84,7 @@ Check one_of(std::string kind, std::vector<std::string> names) {
   };
 }
 
-std::string patch_size(const std::string& text) {
+std::string size_or_word(const std::string& text) {
   if (text == "none" || text == "auto" || positive(text).empty()) return "";
   return fmt::format("'{}' is neither 'none' nor 'auto' nor a length in metres above 0", text);
 }
@@ -95,13 +95,9 @@ PatchOptions to_patch_options(const std::string& text) {
   return PatchSize{*parse_finite(text)};
 }
 
-std::string element_size(const std::string& text) {
-  if (text == "none" || positive(text).empty()) return "";
-  return fmt::format("'{}' is neither 'none' nor a length in metres above 0", text);
-}
-
 ElementOptions to_element_options(const std::string& text) {
   if (text == "none") return NoElements{};
+  if (text == "auto") return AutoElements{};
   return ElementSize{*parse_finite(text)};
 }
 
@@ -275,7 +271,7 @@ class Parser {
                                 "clusters; none: every face is one patch; auto: about {}\n"
                                 "patches, whatever the number of faces. Default: auto",
                                 AutoPatches{}.target)),
-                "METRES|none|auto", patch_size)
+                "METRES|none|auto", size_or_word)
         ->group("Patches");
   }
 
@@ -286,8 +282,9 @@ class Parser {
                     [this](const std::string& text) { options_.flags.elements = to_element_options(text); },
                     "Longest edge in m of the pieces of patches for which light is\n"
                     "gathered once more: patches carry it, elements show it, sharp\n"
-                    "shadows included; none: the patches do. Default: none"),
-                "METRES|none", element_size)
+                    "shadows included; auto: small where light changes, and only\n"
+                    "there; none: the patches show it. Default: none"),
+                "METRES|none|auto", size_or_word)
         ->group(group);
     add_checked(command->add_option("--element-samples", options_.flags.element_samples,
                                     fmt::format("Rays per element. Default: {}", ElementGather{}.samples)),

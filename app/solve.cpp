@@ -114,7 +114,7 @@ int run_solve(const Options& options) {
     }
   }
   outputs.finish();
-  const bool wants_elements = settings.elements && std::holds_alternative<ElementSize>(*settings.elements);
+  const bool wants_elements = settings.elements && !std::holds_alternative<NoElements>(*settings.elements);
   if (checkpoints && solved.converged() && (solved.elements || !wants_elements)) checkpoints->remove();
   const bool reached = !solved.accuracy || solved.accuracy->reached;
   return solved.converged() && reached ? kDone : kNotConverged;

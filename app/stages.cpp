@@ -322,10 +322,10 @@ void Telling::elements(const SolvedScene& scene) {
     return;
   }
   const Elements& elements = *scene.elements;
-  job_.console.line(
-      "elements",
-      "{}, no edge longer than {:.4g} m; {} rays each, noise {:.2g} % of the reflected light (rms)",
-      elements.mesh.patch_count(), elements.size, elements.samples, 100 * elements.noise());
+  job_.console.line("elements", "{}, {} {:.4g} m; {} rays each, noise {:.2g} % of the reflected light (rms)",
+                    elements.mesh.patch_count(),
+                    elements.adaptive ? "edges of the smallest at most" : "no edge longer than",
+                    elements.size, elements.samples, 100 * elements.noise());
 }
 
 void Telling::finish(const SolvedScene& solved) {

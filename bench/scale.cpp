@@ -93,7 +93,7 @@ int main(int argc, char** argv) {
   Index samples = 128, places = 2000, paths = 20'000;
   std::string method, file;
   double accuracy = 0;
-  bool smallest = false, bare = false;
+  bool smallest = false, bare = false, chosen = false;
   app.add_option("--rooms", rooms)->capture_default_str();
   app.add_option("--scene", file, "a mesh or scene file in place of the office building");
   app.add_option("--element-size", sizes, "m; 0: not said")->capture_default_str();
@@ -101,6 +101,7 @@ int main(int argc, char** argv) {
   app.add_option("--accuracy", accuracy, "%; in place of patch sizes and methods");
   app.add_option("--element-samples", samples)->capture_default_str();
   app.add_flag("--no-elements", bare, "light is told of the patches");
+  app.add_flag("--auto-elements", chosen, "elements as small as light changes");
   app.add_option("--method", method, "for the form factors; none: chosen");
   app.add_option("--places", places, "of the reference: cells; 0: no error")->capture_default_str();
   app.add_option("--paths", paths, "of the reference, per cell")->capture_default_str();
@@ -128,6 +129,7 @@ int main(int argc, char** argv) {
     if (patch_size > 0) settings.patches = PatchSize{patch_size};
     if (!method.empty()) settings.method = method;
     if (bare) settings.elements = NoElements{};
+    if (chosen) settings.elements = AutoElements{};
     if (size > 0) settings.elements = ElementSize{size};
     settings.element_samples = samples;
     const SolvedScene solved = solve_scene(scene, settings, options);

@@ -454,10 +454,11 @@ PatchOptions read_patch_size(const Section& section) {
 }
 
 ElementOptions read_element_size(const Section& section) {
-  constexpr std::string_view kExpected = "a number of metres or \"none\"";
+  constexpr std::string_view kExpected = "a number of metres, \"none\" or \"auto\"";
   const toml::node& node = *section.find("size");
   if (const auto* const word = node.as_string()) {
     if (word->get() == "none") return NoElements{};
+    if (word->get() == "auto") return AutoElements{};
     section.fail(line_of(node), fmt::format("[elements] size = \"{}\" must be {}", word->get(), kExpected));
   }
   if (!node.is_number()) section.fail_type("size", node, kExpected);

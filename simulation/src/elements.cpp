@@ -2,14 +2,17 @@
 #include "radiosity/simulation/elements.hpp"
 
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "radiosity/meshing/disjoint_sets.hpp"
 #include "radiosity/meshing/error.hpp"
+#include "radiosity/meshing/quartering.hpp"
 #include "radiosity/meshing/refine.hpp"
 #include "radiosity/meshing/tolerances.hpp"
 #include "radiosity/simulation/probe.hpp"
@@ -47,6 +50,206 @@ std::vector<Index> pieces(const PatchMesh& mesh, double size) {
   return out;
 }
 
+// Of pieces of patches, from the light that falls on them; rows of what is in the dark are 0.
+Elements elements_of(Refinement pieces, const BandArray& irradiance, const BandArray& error_of_irradiance,
+                     double size, Index samples) {
+  const BandArray reflectance = pieces.mesh.reflectance();
+  BandArray radiosity = pieces.mesh.emission() + reflectance * irradiance;
+  BandArray at_vertices = vertex_values(pieces.mesh, radiosity);
+  return {std::move(pieces.mesh),
+          std::move(pieces.coarsening.parent),
+          std::move(radiosity),
+          irradiance,
+          std::move(at_vertices),
+          reflectance * error_of_irradiance,
+          size,
+          samples};
+}
+
+// At the centroids of some pieces. `gather` tells all but the places.
+ProbeResult gather_at(const Visibility& visibility, const Solution& solution, const Refinement& pieces,
+                      const std::vector<Index>& some, const ElementGather& gather) {
+  std::vector<Sensor> sensors;
+  std::vector<Index> on;  // patches of the sensors
+  for (const Index e : some) {
+    on.push_back(pieces.coarsening.parent[e]);
+    sensors.push_back({pieces.mesh.centroid(e), pieces.mesh.normal(e)});
+  }
+  return probe(visibility, solution.radiosity, solution.vertex_radiosity, sensors,
+               {.samples = gather.samples,
+                .seed = gather.seed,
+                .patch = on,
+                .progress = gather.progress,
+                .partial = gather.partial,
+                .save = gather.save});
+}
+
+std::optional<Elements> gather_alike(const Visibility& visibility, const Solution& solution,
+                                     const ElementGather& gather) {
+  const double size = *gather.size;
+  if (!(size > 0)) throw InputError(fmt::format("elements: size {} m is not positive", size));
+  Refinement fine = refine(visibility.mesh(), pieces(visibility.mesh(), size));
+  std::vector<Index> lit;
+  for (Index e = 0; e < fine.mesh.patch_count(); ++e)
+    if (!visibility.covered(fine.coarsening.parent[e])) lit.push_back(e);
+  const ProbeResult gathered = gather_at(visibility, solution, fine, lit, gather);
+  if (!gathered.completed) return std::nullopt;
+  BandArray irradiance = BandArray::Zero(fine.mesh.patch_count(), solution.radiosity.cols());
+  BandArray standard_error = irradiance;
+  irradiance(lit, Eigen::all) = gathered.irradiance;
+  standard_error(lit, Eigen::all) = gathered.standard_error;
+  return elements_of(std::move(fine), irradiance, standard_error, size, gathered.samples);
+}
+
+// Elements that are small where light changes, in rounds of cutting and gathering.
+class AdaptiveGather {
+ public:
+  AdaptiveGather(const Visibility& visibility, const Solution& solution, const ElementGather& gather)
+      : visibility_(visibility), solution_(solution), gather_(gather), cells_(visibility.mesh()) {
+    if (!(gather.variation > 0))
+      throw InputError(fmt::format("elements: a variation of {} is not positive", gather.variation));
+    done_.irradiance = done_.standard_error = BandArray(0, solution.radiosity.cols());
+  }
+
+  std::optional<Elements> run() {
+    const PatchMesh& mesh = visibility_.mesh();
+    std::vector<Index> alone;
+    for (Index i = 0; i < mesh.patch_count(); ++i)
+      if (can_be_cut(i) && mesh.members(mesh.cluster(i)).size() == 1) alone.push_back(i);
+    cells_.cut(alone);
+    std::optional<Elements> best;
+    for (Index round = 0; auto next = gather_leaves(round); ++round) {
+      best = std::move(next);
+      best->adaptive = true;
+      const std::vector<Index> coarse = too_coarse(*best);
+      if (coarse.empty()) break;
+      cells_.cut(coarse);
+    }
+    return best;
+  }
+
+ private:
+  bool can_be_cut(Index patch) const {
+    return !visibility_.covered(patch) && !(visibility_.mesh().material_of(patch).emission > 0).any();
+  }
+
+  // The light on leaves that have none yet, and all leaves; nothing where that was stopped.
+  std::optional<Elements> gather_leaves(Index round) {
+    Quartering::Leaves leaves = cells_.leaves();
+    std::vector<Index> fresh;
+    const Index known = static_cast<Index>(row_.size());
+    row_.resize(static_cast<std::size_t>(cells_.cell_count()), -1);
+    const auto before = static_cast<Index>(done_.irradiance.rows());
+    for (std::size_t e = 0; e < leaves.cell.size(); ++e) {
+      const Index cell = leaves.cell[e];
+      if ((cell < known && row_[cell] >= 0) || visibility_.covered(leaves.refinement.coarsening.parent[e]))
+        continue;
+      row_[cell] = before + static_cast<Index>(fresh.size());
+      fresh.push_back(static_cast<Index>(e));
+    }
+    const ProbeResult gathered =
+        gather_at(visibility_, solution_, leaves.refinement, fresh, of_round(round, before, fresh.size()));
+    if (!gathered.completed) return std::nullopt;
+    append(gathered.irradiance, done_.irradiance);
+    append(gathered.standard_error, done_.standard_error);
+
+    const PatchMesh& mesh = leaves.refinement.mesh;
+    BandArray irradiance = BandArray::Zero(mesh.patch_count(), solution_.radiosity.cols());
+    BandArray standard_error = irradiance;
+    double smallest = mesh.diagonal();
+    for (Index e = 0; e < mesh.patch_count(); ++e) {
+      const Index row = row_[leaves.cell[e]];
+      if (row < 0) continue;
+      irradiance.row(e) = done_.irradiance.row(row);
+      standard_error.row(e) = done_.standard_error.row(row);
+      smallest = std::min(smallest, longest_edge(mesh, e));
+    }
+    cell_ = std::move(leaves.cell);
+    return elements_of(std::move(leaves.refinement), irradiance, standard_error, smallest, gathered.samples);
+  }
+
+  // Seeds, progress and saved work of one round are parts of those of all of them.
+  ElementGather of_round(Index round, Index before, std::size_t count) const {
+    ElementGather gather = gather_;
+    gather.seed += 0x9E3779B97F4A7C15U * static_cast<std::uint64_t>(round);
+    // How much there will be is not known: each round is taken for half of what is left.
+    if (gather_.progress)
+      gather.progress = [this, left = std::ldexp(1, -static_cast<int>(round))](double fraction) {
+        return gather_.progress(1 - left + left / 2 * fraction);
+      };
+    if (gather_.partial) {
+      const Eigen::Index saved = std::clamp<Eigen::Index>(gather_.partial->irradiance.rows() - before, 0,
+                                                          static_cast<Eigen::Index>(count));
+      gather.partial = saved == 0 ? nullptr
+                                  : std::make_shared<const PartialProbe>(PartialProbe{
+                                        gather_.partial->irradiance.middleRows(before, saved),
+                                        gather_.partial->standard_error.middleRows(before, saved)});
+    }
+    if (gather_.save)
+      gather.save = [this, before](Index done, const std::function<PartialProbe()>& state) {
+        gather_.save(before + done, [&] {
+          PartialProbe all = done_;
+          const PartialProbe more = state();
+          append(more.irradiance, all.irradiance);
+          append(more.standard_error, all.standard_error);
+          return all;
+        });
+      };
+    return gather;
+  }
+
+  static void append(const BandArray& more, BandArray& all) {
+    all.conservativeResize(all.rows() + more.rows(), all.cols());
+    all.bottomRows(more.rows()) = more;
+  }
+
+  static double longest_edge(const PatchMesh& mesh, Index i) {
+    double longest = 0;
+    const auto c = mesh.corners(i);
+    for (std::size_t k = 0; k < c.size(); ++k)
+      longest = std::max(longest, (mesh.vertex(c[(k + 1) % c.size()]) - mesh.vertex(c[k])).norm());
+    return longest;
+  }
+
+  // Cells whose part in what differs within elements is above the mean that is allowed.
+  std::vector<Index> too_coarse(const Elements& e) const {
+    constexpr double kStandardErrors = 3;
+    constexpr int kDeepest = 8;
+    const PatchMesh& mesh = e.mesh;
+    const BandArray reflected = e.radiosity - mesh.emission();
+    const Eigen::ArrayXd power = (reflected.square().colwise() * mesh.areas()).colwise().sum();
+    Eigen::ArrayXd part = Eigen::ArrayXd::Zero(mesh.patch_count());
+    tbb::parallel_for(Index{0}, mesh.patch_count(), [&](Index i) {
+      if (row_[cell_[i]] < 0 || !can_be_cut(e.patch[i])) return;
+      for (const Index v : mesh.corners(i))
+        for (const Index n : mesh.vertex_patches(v))
+          for (Index b = 0; b < reflected.cols(); ++b) {
+            if (power[b] == 0 || row_[cell_[n]] < 0) continue;
+            const double difference =
+                std::pow(reflected(i, b) - reflected(n, b), 2) -
+                kStandardErrors * kStandardErrors *
+                    (std::pow(e.standard_error(i, b), 2) + std::pow(e.standard_error(n, b), 2));
+            part[i] = std::max(part[i], mesh.area(i) * difference / 12 / power[b]);
+          }
+    });
+    const double goal = gather_.variation * gather_.variation;
+    std::vector<Index> coarse;
+    if (part.sum() <= goal) return coarse;
+    for (Index i = 0; i < mesh.patch_count(); ++i)
+      if (part[i] > goal / mesh.patch_count() && cells_.depth(cell_[i]) < kDeepest)
+        coarse.push_back(cell_[i]);
+    return coarse;
+  }
+
+  const Visibility& visibility_;
+  const Solution& solution_;
+  const ElementGather& gather_;
+  Quartering cells_;
+  PartialProbe done_;        // of all cells that light was gathered for
+  std::vector<Index> row_;   // of a cell in done_; −1: none
+  std::vector<Index> cell_;  // of each element
+};
+
 }  // namespace
 
 double Elements::noise() const {
@@ -55,38 +258,8 @@ double Elements::noise() const {
 
 std::optional<Elements> gather_elements(const Visibility& visibility, const Solution& solution,
                                         const ElementGather& gather) {
-  if (!(gather.size > 0)) throw InputError(fmt::format("elements: size {} m is not positive", gather.size));
-  Refinement fine = refine(visibility.mesh(), pieces(visibility.mesh(), gather.size));
-  std::vector<Index>& patch = fine.coarsening.parent;
-  std::vector<Index> lit;
-  std::vector<Sensor> sensors;
-  std::vector<Index> on;  // patches of the sensors
-  for (Index e = 0; e < fine.mesh.patch_count(); ++e) {
-    if (visibility.covered(patch[e])) continue;
-    lit.push_back(e);
-    on.push_back(patch[e]);
-    sensors.push_back({fine.mesh.centroid(e), fine.mesh.normal(e)});
-  }
-  const ProbeResult gathered = probe(visibility, solution.radiosity, solution.vertex_radiosity, sensors,
-                                     {.samples = gather.samples,
-                                      .seed = gather.seed,
-                                      .patch = on,
-                                      .progress = gather.progress,
-                                      .partial = gather.partial,
-                                      .save = gather.save});
-  if (!gathered.completed) return std::nullopt;
-
-  const BandArray reflectance = fine.mesh.reflectance();
-  BandArray irradiance = BandArray::Zero(fine.mesh.patch_count(), solution.radiosity.cols());
-  BandArray standard_error = irradiance;
-  irradiance(lit, Eigen::all) = gathered.irradiance;
-  standard_error(lit, Eigen::all) = gathered.standard_error;
-  standard_error *= reflectance;
-  BandArray radiosity = fine.mesh.emission() + reflectance * irradiance;
-  BandArray at_vertices = vertex_values(fine.mesh, radiosity);
-  return Elements{std::move(fine.mesh),  std::move(patch),       std::move(radiosity),
-                  std::move(irradiance), std::move(at_vertices), std::move(standard_error),
-                  gather.size,           gathered.samples};
+  return gather.size ? gather_alike(visibility, solution, gather)
+                     : AdaptiveGather(visibility, solution, gather).run();
 }
 
 std::optional<Elements> gather_members(const Visibility& visibility, const Solution& solution,
@@ -144,20 +317,10 @@ std::optional<Elements> gather_members(const Visibility& visibility, const Solut
       }
     }
   }
-  const BandArray reflectance = mesh.reflectance();
-  standard_error *= reflectance;
-  std::vector<Index> patch(static_cast<std::size_t>(mesh.patch_count()));
-  std::iota(patch.begin(), patch.end(), 0);
-  BandArray radiosity = mesh.emission() + reflectance * irradiance;
-  BandArray at_vertices = vertex_values(mesh, radiosity);
-  return Elements{mesh,
-                  std::move(patch),
-                  std::move(radiosity),
-                  std::move(irradiance),
-                  std::move(at_vertices),
-                  std::move(standard_error),
-                  gather.size,
-                  gather.samples};
+  std::vector<Index> each(static_cast<std::size_t>(mesh.patch_count()));
+  std::iota(each.begin(), each.end(), 0);
+  return elements_of({mesh, {std::move(each), mesh.patch_count()}}, irradiance, standard_error,
+                     gather.size.value_or(0), gather.samples);
 }
 
 }  // namespace radiosity

@@ -27,7 +27,7 @@ SolvedScene solve_to_accuracy(const SceneToSolve& task, const SceneSettings& set
 /// Whether light is gathered once more in the end: for elements, or where nothing is said of them, for the members of clusters, which
 /// do not look alike.
 inline bool gathers_in_the_end(const SceneSettings& settings, bool clustered) {
-  return settings.elements ? std::holds_alternative<ElementSize>(*settings.elements) : clustered;
+  return settings.elements ? !std::holds_alternative<NoElements>(*settings.elements) : clustered;
 }
 
 }  // namespace radiosity

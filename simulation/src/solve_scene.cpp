@@ -317,12 +317,15 @@ SolvedScene solve_once(const SceneToSolve& task, const SceneSettings& settings, 
 
 namespace {
 
-// Without a size, of the members of clusters.
-void add_elements(SolvedScene& solved, const SceneSettings& settings, const ElementSize* size,
-                  const SceneToSolve& task) {
+// Where nothing is said of elements, of the members of clusters.
+void add_elements(SolvedScene& solved, const SceneSettings& settings, const SceneToSolve& task) {
   const Stopwatch watch;
   ElementGather gather;
-  gather.size = size != nullptr ? size->metres : solved.patches.patch_size;
+  if (!settings.elements)
+    gather.size = solved.patches.patch_size;
+  else if (const auto* given = std::get_if<ElementSize>(&*settings.elements))
+    gather.size = given->metres;
+  if (solved.accuracy) gather.variation = std::min(gather.variation, solved.accuracy->goal / 2);
   gather.samples = settings.element_samples.value_or(gather.samples);
   gather.seed = settings.seed.value_or(gather.seed);
   gather.progress = task.watch.of(SolveStage::elements);
@@ -332,8 +335,8 @@ void add_elements(SolvedScene& solved, const SceneSettings& settings, const Elem
   }
   const Visibility visibility(solved.patches.mesh);
   const auto gathered = [&] {
-    return size != nullptr ? gather_elements(visibility, solved.solution, gather)
-                           : gather_members(visibility, solved.solution, gather);
+    return settings.elements ? gather_elements(visibility, solved.solution, gather)
+                             : gather_members(visibility, solved.solution, gather);
   };
   solved.elements = gathered();
   // Where an accuracy was reached, the noise may be what is left of it.
@@ -376,7 +379,7 @@ SolvedScene solve_scene(const Scene& scene, const SceneSettings& settings, const
       options.accuracy ? solve_to_accuracy(task, settings) : solve_once(task, settings, "analytic");
   if (gathers_in_the_end(settings, solved.patches.mesh.clustered()) &&
       solved.form_factors.assembly.completed && !watch.stopped())
-    add_elements(solved, settings, given, task);
+    add_elements(solved, settings, task);
   return solved;
 }
 

@@ -540,6 +540,25 @@ TEST_F(Solve, TellsLightOfElements) {
   EXPECT_EQ(solved().mesh.patch_count(), 96);
 }
 
+TEST_F(Solve, ChoosesElementsWhereLightChanges) {
+  write_cube();
+  write("auto.toml", read("cube.toml") + "[elements]\nsize = \"auto\"\n");
+  const Outcome result =
+      run({"solve", "auto.toml", "-o", "out.vtp", "--report", "out.json", "--patch-size", "0.25"});
+  ASSERT_EQ(result.status, 0) << result.err;
+  const SolvedMesh solution = solved();
+  const json r = report();
+  EXPECT_EQ(r.at("elements").at("count"), solution.mesh.patch_count());
+  // Each of 80 patches in four at least, the 16 of the lamp whole.
+  EXPECT_GE(solution.mesh.patch_count(), 80 * 4 + 16);
+  EXPECT_LE(r.at("elements").at("size_m").get<double>(), 0.125);
+  ASSERT_EQ(run({"solve", "cube.toml", "-o", "flag.vtp", "--patch-size", "0.25", "--element-size", "auto",
+                 "--quiet"})
+                .status,
+            0);
+  EXPECT_EQ(solved("flag.vtp").mesh.patch_count(), solution.mesh.patch_count());
+}
+
 TEST_F(Solve, RefusesElementsOfNoSize) {
   write_cube();
   for (const std::string size : {"0", "-1", "small", "nan"})
@@ -549,7 +568,7 @@ TEST_F(Solve, RefusesElementsOfNoSize) {
       run({"solve", "cube.toml", "-o", "out.vtp", "--element-size", "0.1", "--element-samples", "0"}), 2,
       "--element-samples");
   for (const auto& [text, rule] : {std::pair{"size = 0", "positive"},
-                                   {"size = \"auto\"", "\"none\""},
+                                   {"size = \"small\"", "\"none\" or \"auto\""},
                                    {"samples = 0", "samples"},
                                    {"sise = 1", "size"}}) {
     write("bad.toml", read("cube.toml") + "[elements]\n" + text + "\n");

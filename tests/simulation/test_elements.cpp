@@ -6,7 +6,9 @@
 
 #include <cmath>
 #include <map>
+#include <random>
 #include <set>
+#include <utility>
 
 #include "cases/scenes.hpp"
 #include "radiosity/formfactors/threads.hpp"
@@ -167,11 +169,6 @@ TEST(Elements, LeaveThePatchesWhereTheWorkIsStopped) {
   EXPECT_EQ(stopped.told_of_setup(0).mesh.patch_count(), 24);
 }
 
-TEST(Elements, RefuseSizesThatAreNone) {
-  for (const double size : {0.0, -1.0, std::nan(""), 1e-7})
-    EXPECT_THROW(solved(lit_cube(0.5, 0.5, 0.5), 0.5, size), InputError) << size;
-}
-
 /// A closed room of 2 × 2 × 2 m, its ceiling the lamp, with a screen of 40 × 40 small faces, which look up and down in turns.
 Scene room_with_scales() {
   MeshBuilder builder;
@@ -189,6 +186,160 @@ Scene room_with_scales() {
     }
   builder.use_material(grey("lamp", 0, 1)).grid(z, y, x, 1, 1);
   return scene_of(builder.build());
+}
+
+/// Patches of a solve, its light, and what a gather to elements of chosen sizes needs.
+struct Gathered {
+  SolvedScene scene;
+  Visibility visibility;
+  explicit Gathered(const Scene& of, double patches = 0.8)
+      : scene(solved(of, patches, {})), visibility(scene.patches.mesh) {}
+  std::optional<Elements> with(const ElementGather& gather) const {
+    return gather_elements(visibility, scene.solution, gather);
+  }
+};
+
+/// Reflected light of elements, constant in each, against 2,048 rays each at places spread over the patches by area: relative L2.
+double error_at_places(const Gathered& gathered, const Elements& elements) {
+  std::vector<Sensor> places;
+  std::vector<Index> on;
+  std::vector<double> b;
+  std::mt19937_64 random(4);
+  const Eigen::ArrayXd areas = elements.mesh.areas();
+  std::discrete_distribution<Index> by_area(areas.data(), areas.data() + areas.size());
+  while (places.size() < 1000) {
+    const Index e = by_area(random);
+    if ((elements.mesh.material_of(e).emission > 0).any() || gathered.visibility.covered(elements.patch[e]))
+      continue;
+    const auto triangles = elements.mesh.triangles(e);
+    std::vector<double> share;
+    for (const auto& t : triangles)
+      share.push_back((elements.mesh.vertex(t[1]) - elements.mesh.vertex(t[0]))
+                          .cross(elements.mesh.vertex(t[2]) - elements.mesh.vertex(t[0]))
+                          .norm());
+    const auto& t = triangles[std::discrete_distribution<std::size_t>(share.begin(), share.end())(random)];
+    const double s = std::sqrt(uniform(random)), u = uniform(random);
+    places.push_back({(1 - s) * elements.mesh.vertex(t[0]) +
+                          s * ((1 - u) * elements.mesh.vertex(t[1]) + u * elements.mesh.vertex(t[2])),
+                      elements.mesh.normal(e)});
+    on.push_back(elements.patch[e]);
+    b.push_back(elements.radiosity(e, 0));
+  }
+  const SolvedScene& scene = gathered.scene;
+  const BandArray h = probe(gathered.visibility, scene.solution.radiosity, scene.solution.vertex_radiosity,
+                            places, {.samples = 2048, .seed = 99, .patch = on})
+                          .irradiance;
+  double error = 0, all = 0;
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    const double exact = scene.patches.mesh.material_of(on[k]).reflectance[0] * h(static_cast<Index>(k), 0);
+    error += std::pow(b[k] - exact, 2);
+    all += exact * exact;
+  }
+  return std::sqrt(error / all);
+}
+
+TEST(ElementsOfChosenSize, AreWholeWhereTheyEmit) {
+  const Gathered furnace(box_on_floor(), 0.5);
+  const auto e = furnace.with({});
+  ASSERT_TRUE(e);
+  EXPECT_EQ(e->mesh.patch_count(), furnace.scene.patches.mesh.patch_count());
+  for (Index i = 0; i < e->mesh.patch_count(); ++i)
+    EXPECT_NEAR(e->irradiance(i, 0), furnace.visibility.covered(i) ? 0 : 2, 1e-6);
+}
+
+TEST(ElementsOfChosenSize, AreSmallAtShadowsAndBetterThanAsManyAlike) {
+  const Gathered room(random_room(3));
+  const auto chosen = room.with({.variation = 0.03});
+  ASSERT_TRUE(chosen);
+  EXPECT_TRUE(chosen->adaptive);
+  EXPECT_LT(chosen->mesh.areas().minCoeff(), 0.01 * chosen->mesh.areas().maxCoeff());
+  Elements alike = *room.with({.size = 0.4});
+  for (double size = 0.2; alike.mesh.patch_count() < chosen->mesh.patch_count(); size /= 1.4)
+    alike = *room.with({.size = size});
+  const double error = error_at_places(room, *chosen);
+  EXPECT_LT(error, 0.8 * error_at_places(room, alike));
+  EXPECT_LT(error, 0.05);
+}
+
+TEST(ElementsOfChosenSize, AreMoreAndBetterTheLessMayDiffer) {
+  const Gathered room(random_room(2));
+  double error = 1;
+  Index count = 0;
+  for (const double variation : {0.1, 0.03}) {
+    const auto e = room.with({.variation = variation});
+    ASSERT_TRUE(e);
+    EXPECT_GT(e->mesh.patch_count(), count);
+    count = e->mesh.patch_count();
+    const double before = std::exchange(error, error_at_places(room, *e));
+    EXPECT_LT(error, 0.7 * before);
+  }
+}
+
+TEST(ElementsOfChosenSize, AreTheSameBitsOnAnyNumberOfThreadsAndWhenResumed) {
+  const Gathered room(random_room(2));
+  std::vector<PartialProbe> saved;
+  ElementGather gather{.variation = 0.03, .samples = 32};
+  gather.save = [&](Index done, const std::function<PartialProbe()>& state) {
+    saved.push_back(state());
+    EXPECT_EQ(saved.back().irradiance.rows(), done);
+  };
+  const Elements one = [&] {
+    const ThreadLimit limit(1);
+    return *room.with(gather);
+  }();
+  ASSERT_GT(saved.size(), 3u);
+  gather.save = {};
+  for (const std::size_t k : {std::size_t{0}, saved.size() / 2, saved.size() - 1}) {
+    gather.partial = std::make_shared<const PartialProbe>(saved[k]);
+    const ThreadLimit limit(4);
+    const Elements again = *room.with(gather);
+    ASSERT_EQ(again.mesh.patch_count(), one.mesh.patch_count());
+    EXPECT_TRUE((again.radiosity == one.radiosity).all());
+    EXPECT_TRUE((again.standard_error == one.standard_error).all());
+  }
+}
+
+TEST(ElementsOfChosenSize, AreThoseOfTheRoundsThatWereFinished) {
+  const Gathered room(random_room(2));
+  ElementGather gather{.variation = 0.05, .samples = 32};
+  gather.progress = [](double fraction) { return fraction < 0.6; };
+  const auto early = room.with(gather);
+  ASSERT_TRUE(early);
+  gather.progress = {};
+  EXPECT_LT(early->mesh.patch_count(), room.with(gather)->mesh.patch_count());
+  for (Index i = 0; i < early->mesh.patch_count(); ++i)
+    EXPECT_EQ(early->irradiance(i, 0) > 0, !room.visibility.covered(early->patch[i]));
+  gather.progress = [](double) { return false; };
+  EXPECT_FALSE(room.with(gather));
+}
+
+TEST(ElementsOfChosenSize, LeaveTheMembersOfClustersWholeWhereTheirLightIsAlike) {
+  SceneSettings settings;
+  settings.patches = PatchSize{0.5};
+  settings.elements = AutoElements{};
+  const SolvedScene joined = solve_scene(room_with_scales(), settings);
+  ASSERT_TRUE(joined.patches.mesh.clustered() && joined.elements && joined.elements->adaptive);
+  std::map<Index, int> pieces;
+  for (const Index patch : joined.elements->patch) ++pieces[patch];
+  Index whole = 0, all = 0;
+  for (Index i = 0; i < joined.patches.mesh.patch_count(); ++i)
+    if (joined.patches.mesh.area(i) < 0.00041) {
+      ++all;
+      whole += pieces[i] == 1 ? 1 : 0;
+    }
+  EXPECT_EQ(all, 1600);
+  EXPECT_GT(whole, 1500);
+}
+
+TEST(ElementsOfChosenSize, RefuseAVariationThatIsNone) {
+  const Gathered cube(lit_cube(0.5, 0.5, 0.5), 0.5);
+  for (const double variation : {0.0, -1.0, std::nan("")})
+    EXPECT_THROW(cube.with({.variation = variation}), InputError) << variation;
+}
+
+TEST(Elements, RefuseSizesThatAreNone) {
+  for (const double size : {0.0, -1.0, std::nan(""), 1e-7})
+    EXPECT_THROW(solved(lit_cube(0.5, 0.5, 0.5), 0.5, size), InputError) << size;
 }
 
 TEST(Elements, OfClustersAreTheirMembersWithTheMeanOfTheSolution) {

@@ -16,7 +16,8 @@ struct NoElements {};  ///< light is told of the patches
 struct ElementSize {   ///< light is gathered for pieces of the patches with no edge longer than this
   double metres;
 };
-using ElementOptions = std::variant<NoElements, ElementSize>;
+struct AutoElements {};  ///< small where light changes, and only there
+using ElementOptions = std::variant<NoElements, ElementSize, AutoElements>;
 
 /// What a scene file may set beside the scene itself. Absent: the default of the part concerned.
 struct SceneSettings {

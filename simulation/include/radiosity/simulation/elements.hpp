@@ -15,7 +15,10 @@
 namespace radiosity {
 
 struct ElementGather {
-  double size = 0;         ///< m: no edge of an element is longer, but for those of lamps
+  std::optional<double> size = {};  ///< m: no edge of an element is longer, but for those of lamps
+  /// Without a size elements are halved where light differs most from one to the next, until what differs within them is this share
+  /// of the reflected light (rms), or cannot be told from noise.
+  double variation = 0.02;
   Index samples = 128;     ///< rays per element, rounded up to 32 k²
   std::uint64_t seed = 1;  ///< of the random numbers, one stream per element
   Progress progress = {};
@@ -32,8 +35,9 @@ struct Elements {
   BandArray vertex_radiosity;
   BandArray
       standard_error;  ///< of B through sampling; what the radiosities of the patches are wrong by is not in it
-  double size = 0;     ///< m
-  Index samples = 0;  ///< rays per element that were cast
+  double size = 0;     ///< m: as asked for, or else the longest edge of the smallest
+  Index samples = 0;      ///< rays per element that were cast
+  bool adaptive = false;  ///< no size was asked for
 
   /// √(Σ A_e σ_e² / Σ A_e (B_e − E_e)²) in the band where that is largest.
   double noise() const;
@@ -41,8 +45,12 @@ struct Elements {
 
 /// Final gather [Reichert1992]: the irradiance at each element's centroid by one more reflection, lamps by exact factors
 /// with exact shadows, the rest by rays that meet linearly reconstructed radiosities (see probe). An element of a covered patch
-/// receives nothing. Patches are cut alike within a smooth surface, so neighbours fit together; lamps are left whole: they look the
-/// same everywhere, and their pieces would be many lamps. Nothing where `progress` asked to stop. Throws InputError on a size that is not
+/// receives nothing. With a size, patches are cut alike within a smooth surface, so neighbours fit together; lamps are left whole: they
+/// look the same everywhere, and their pieces would be many lamps. Without one, patches are quartered (see Quartering), those that are
+/// by themselves once, and then what takes the largest part in
+///   Σ A_e D_e² / 12,   D_e² = max_n (B_e − B_n)² − 9 (σ_e² + σ_n²) ≥ 0,
+/// n: elements with a vertex in common. (Light that rises evenly by D across an element differs from its mean by D/√12, rms.)
+/// Nothing where `progress` asked to stop before there was light on all elements. Throws InputError on a size or variation that is not
 /// positive, or gives more corners than can be numbered, and what probe refuses.
 std::optional<Elements> gather_elements(const Visibility& visibility, const Solution& solution,
                                         const ElementGather& gather);
