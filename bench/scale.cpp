@@ -91,7 +91,7 @@ int main(int argc, char** argv) {
   std::vector<double> sizes{0.4, 0.2, 0.1, 0.05};
   double patch_size = 0.6;
   Index samples = 128, places = 2000, paths = 20'000;
-  std::string method, file;
+  std::string method, file, keep;
   double accuracy = 0;
   bool smallest = false, bare = false, chosen = false;
   app.add_option("--rooms", rooms)->capture_default_str();
@@ -103,6 +103,7 @@ int main(int argc, char** argv) {
   app.add_flag("--no-elements", bare, "light is told of the patches");
   app.add_flag("--auto-elements", chosen, "elements as small as light changes");
   app.add_option("--method", method, "for the form factors; none: chosen");
+  app.add_option("--keep", keep, "where the last solution stays, a .vtp");
   app.add_option("--places", places, "of the reference: cells; 0: no error")->capture_default_str();
   app.add_option("--paths", paths, "of the reference, per cell")->capture_default_str();
   app.add_flag("--smallest", smallest, "one room");
@@ -120,7 +121,8 @@ int main(int argc, char** argv) {
       "| patches | elements | patches s | F s | solve s | error s | elements s | write s | all s | peak GB | "
       ".vtp MB | "
       "noise % | stated % | true % | ± % |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
-  const auto output = std::filesystem::temp_directory_path() / "bench_scale.vtp";
+  const auto output =
+      keep.empty() ? std::filesystem::temp_directory_path() / "bench_scale.vtp" : std::filesystem::path(keep);
   for (const double size : sizes) {
     const Stopwatch all;
     SceneSettings settings;
@@ -133,16 +135,12 @@ int main(int argc, char** argv) {
     if (size > 0) settings.elements = ElementSize{size};
     settings.element_samples = samples;
     const SolvedScene solved = solve_scene(scene, settings, options);
-    const Stopwatch writing;
-    double bytes = 0;
     const SolvedScene::Told told = solved.told_of_setup(0);
-    {
-      write_solution(output, told.mesh, told.solution, {}, 1, told.error ? &*told.error : nullptr,
-                     told.patch);
-      bytes = static_cast<double>(std::filesystem::file_size(output));
-      std::filesystem::remove(output);
-    }
+    const Stopwatch writing;
+    write_solution(output, told.mesh, told.solution, {}, 1, told.error ? &*told.error : nullptr, told.patch);
     const double write_seconds = writing.elapsed(), all_seconds = all.elapsed();
+    const auto bytes = static_cast<double>(std::filesystem::file_size(output));
+    if (keep.empty()) std::filesystem::remove(output);
     const double memory = static_cast<double>(peak_memory_bytes());
     const Truth t = places > 0 ? truth(solved.patches.mesh, solved.elements ? told.mesh : solved.patches.mesh,
                                        told.solution.irradiance, places, paths)
