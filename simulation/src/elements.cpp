@@ -10,6 +10,7 @@
 #include <numeric>
 #include <utility>
 
+#include "light_unit.hpp"
 #include "radiosity/meshing/disjoint_sets.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/meshing/quartering.hpp"
@@ -172,10 +173,11 @@ class AdaptiveGather {
   ElementGather of_round(Index round, Index before, std::size_t count) const {
     ElementGather gather = gather_;
     gather.seed += 0x9E3779B97F4A7C15U * static_cast<std::uint64_t>(round);
-    // How much there will be is not known: each round is taken for half of what is left.
     if (gather_.progress)
-      gather.progress = [this, left = std::ldexp(1, -static_cast<int>(round))](double fraction) {
-        return gather_.progress(1 - left + left / 2 * fraction);
+      gather.progress = [this, before, count = static_cast<double>(count),
+                         all = expected_count(before, static_cast<double>(count))](double fraction) {
+        told_ = std::max(told_, (before + fraction * count) / all);
+        return gather_.progress(told_);
       };
     if (gather_.partial) {
       const Eigen::Index saved = std::clamp<Eigen::Index>(gather_.partial->irradiance.rows() - before, 0,
@@ -198,6 +200,15 @@ class AdaptiveGather {
     return gather;
   }
 
+  // How many cells light is gathered for, all told, by what rooms and offices of bench_scale took: the first round is an eighth of it,
+  // each further one 1.5 times the one before, and takes what differs within elements to 1/1.75.
+  double expected_count(Index before, double count) const {
+    if (!variation_) return 8 * count;
+    const double rounds =
+        std::max(1.0, std::round(std::log(*variation_ / gather_.variation) / std::log(1.75)));
+    return before + count * (std::pow(1.5, rounds) - 1) / 0.5;
+  }
+
   static void append(const BandArray& more, BandArray& all) {
     all.conservativeResize(all.rows() + more.rows(), all.cols());
     all.bottomRows(more.rows()) = more;
@@ -212,11 +223,15 @@ class AdaptiveGather {
   }
 
   // Cells whose part in what differs within elements is above the mean that is allowed.
-  std::vector<Index> too_coarse(const Elements& e) const {
+  std::vector<Index> too_coarse(const Elements& e) {
     constexpr double kStandardErrors = 3;
     constexpr int kDeepest = 8;
     const PatchMesh& mesh = e.mesh;
-    const BandArray reflected = e.radiosity - mesh.emission();
+    // Light whose squares a double holds.
+    BandArray reflected = e.radiosity - mesh.emission();
+    const BandValues unit = light_unit(reflected);
+    reflected.rowwise() /= unit.transpose();
+    const BandArray noise = e.standard_error.rowwise() / unit.transpose();
     const Eigen::ArrayXd power = (reflected.square().colwise() * mesh.areas()).colwise().sum();
     Eigen::ArrayXd part = Eigen::ArrayXd::Zero(mesh.patch_count());
     tbb::parallel_for(Index{0}, mesh.patch_count(), [&](Index i) {
@@ -227,14 +242,14 @@ class AdaptiveGather {
             if (power[b] == 0 || row_[cell_[n]] < 0) continue;
             const double difference =
                 std::pow(reflected(i, b) - reflected(n, b), 2) -
-                kStandardErrors * kStandardErrors *
-                    (std::pow(e.standard_error(i, b), 2) + std::pow(e.standard_error(n, b), 2));
+                kStandardErrors * kStandardErrors * (std::pow(noise(i, b), 2) + std::pow(noise(n, b), 2));
             part[i] = std::max(part[i], mesh.area(i) * difference / 12 / power[b]);
           }
     });
-    const double goal = gather_.variation * gather_.variation;
+    variation_ = std::sqrt(part.sum());
     std::vector<Index> coarse;
-    if (part.sum() <= goal) return coarse;
+    if (*variation_ <= gather_.variation) return coarse;
+    const double goal = gather_.variation * gather_.variation;
     for (Index i = 0; i < mesh.patch_count(); ++i)
       if (part[i] > goal / mesh.patch_count() && cells_.depth(cell_[i]) < kDeepest)
         coarse.push_back(cell_[i]);
@@ -245,9 +260,11 @@ class AdaptiveGather {
   const Solution& solution_;
   const ElementGather& gather_;
   Quartering cells_;
-  PartialProbe done_;        // of all cells that light was gathered for
-  std::vector<Index> row_;   // of a cell in done_; −1: none
-  std::vector<Index> cell_;  // of each element
+  PartialProbe done_;                // of all cells that light was gathered for
+  std::vector<Index> row_;           // of a cell in done_; −1: none
+  std::vector<Index> cell_;          // of each element
+  std::optional<double> variation_;  // what differs within the elements of the last round
+  mutable double told_ = 0;          // to `progress`
 };
 
 }  // namespace

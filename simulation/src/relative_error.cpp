@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "light_unit.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/simulation/compare.hpp"
 
@@ -21,12 +22,13 @@ double mean(const Eigen::ArrayXd& areas, const Eigen::ArrayXd& values) {
 }  // namespace
 
 Eigen::ArrayXd mean_square(const Eigen::ArrayXd& areas, const BandArray& error, const BandArray& reflected) {
+  const BandValues unit = light_unit(reflected);
   Eigen::ArrayXd above = Eigen::ArrayXd::Zero(error.cols());
   Eigen::ArrayXd below = above;
   for (Eigen::Index i = 0; i < areas.size(); ++i) {
     if (error.row(i).isNaN().any()) continue;
-    above += areas[i] * error.row(i).square().transpose();
-    below += areas[i] * reflected.row(i).square().transpose();
+    above += areas[i] * (error.row(i).transpose() / unit).square();
+    below += areas[i] * (reflected.row(i).transpose() / unit).square();
   }
   return (below > 0).select(above / below, 0.0);
 }

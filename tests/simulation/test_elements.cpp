@@ -299,6 +299,25 @@ TEST(ElementsOfChosenSize, AreTheSameBitsOnAnyNumberOfThreadsAndWhenResumed) {
   }
 }
 
+TEST(ElementsOfChosenSize, AreTheSameHoweverDimTheLight) {
+  const PatchMesh mesh = make_patches(random_room(2), PatchSize{0.8}).mesh;
+  const auto lit_by = [&](double watts) {
+    std::vector<Material> materials = mesh.materials();
+    for (Material& m : materials) m.emission *= watts;
+    const Gathered room(scene_of(mesh.with_materials(materials)));
+    return *room.with({.variation = 0.05, .samples = 32});
+  };
+  const Elements bright = lit_by(1);
+  ASSERT_GT(bright.mesh.patch_count(), mesh.patch_count());
+  ASSERT_GT(bright.noise(), 0);
+  for (const double watts : {std::exp2(-700), std::exp2(600)}) {
+    const Elements e = lit_by(watts);
+    ASSERT_EQ(e.mesh.patch_count(), bright.mesh.patch_count());
+    EXPECT_TRUE((e.radiosity == watts * bright.radiosity).all());
+    EXPECT_DOUBLE_EQ(e.noise(), bright.noise());
+  }
+}
+
 TEST(ElementsOfChosenSize, AreThoseOfTheRoundsThatWereFinished) {
   const Gathered room(random_room(2));
   ElementGather gather{.variation = 0.05, .samples = 32};
