@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "app/program.hpp"
+#include "support/sanitized.hpp"
 
 namespace radiosity::testing {
 namespace {
@@ -538,6 +539,35 @@ TEST_F(Solve, TellsLightOfElements) {
                 .status,
             0);
   EXPECT_EQ(solved().mesh.patch_count(), 96);
+}
+
+TEST_F(Solve, KeepsToTheMemoryThatItSaysItMayNeed) {
+  if (test::kSanitized) GTEST_SKIP() << "sanitizers need memory of their own";
+  write_cube();
+  const auto peak = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> command{"solve", "cube.toml", "-o", "out.vtp", "--report", "out.json"};
+    command.insert(command.end(), more.begin(), more.end());
+    const Outcome result = run(command);
+    EXPECT_EQ(result.status, 0) << result.err;
+    return report().at("peak_memory_bytes").get<double>();
+  };
+  for (const auto& [method, size] :
+       {std::pair{"analytic", "0.04"}, std::pair{"hemicube", "0.05"}, std::pair{"hemisphere", "0.02"}}) {
+    const double base = peak({"--method", method, "--patch-size", "0.5"});
+    const Outcome refused = run({"solve", "cube.toml", "-o", "out.vtp", "--method", method, "--patch-size",
+                                 size, "--memory-limit", "0.01"});
+    EXPECT_EQ(refused.status, 1);
+    const std::string may_need = "may need ";
+    const auto at = refused.err.find(may_need);
+    ASSERT_NE(at, std::string::npos) << refused.err;
+    const double gigabytes = std::stod(refused.err.substr(at + may_need.size()));
+    EXPECT_GT(gigabytes, 0.05);
+    // With what was said, it works, the error estimate included, and takes no more.
+    EXPECT_LT(
+        peak({"--method", method, "--patch-size", size, "--memory-limit", std::to_string(1.01 * gigabytes)}),
+        base + 1.01e9 * gigabytes)
+        << method;
+  }
 }
 
 TEST_F(Solve, ChoosesElementsWhereLightChanges) {

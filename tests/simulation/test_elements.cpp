@@ -199,7 +199,7 @@ struct Gathered {
   }
 };
 
-/// Reflected light of elements, constant in each, against 2,048 rays each at places spread over the patches by area: relative L2.
+/// Reflected light of elements, constant in each, against 1,152 rays each at places spread over the patches by area: relative L2.
 double error_at_places(const Gathered& gathered, const Elements& elements) {
   std::vector<Sensor> places;
   std::vector<Index> on;
@@ -207,7 +207,7 @@ double error_at_places(const Gathered& gathered, const Elements& elements) {
   std::mt19937_64 random(4);
   const Eigen::ArrayXd areas = elements.mesh.areas();
   std::discrete_distribution<Index> by_area(areas.data(), areas.data() + areas.size());
-  while (places.size() < 1000) {
+  while (places.size() < 500) {
     const Index e = by_area(random);
     if ((elements.mesh.material_of(e).emission > 0).any() || gathered.visibility.covered(elements.patch[e]))
       continue;
@@ -227,7 +227,7 @@ double error_at_places(const Gathered& gathered, const Elements& elements) {
   }
   const SolvedScene& scene = gathered.scene;
   const BandArray h = probe(gathered.visibility, scene.solution.radiosity, scene.solution.vertex_radiosity,
-                            places, {.samples = 2048, .seed = 99, .patch = on})
+                            places, {.samples = 1152, .seed = 99, .patch = on})
                           .irradiance;
   double error = 0, all = 0;
   for (std::size_t k = 0; k < places.size(); ++k) {
@@ -257,7 +257,7 @@ TEST(ElementsOfChosenSize, AreSmallAtShadowsAndBetterThanAsManyAlike) {
   for (double size = 0.2; alike.mesh.patch_count() < chosen->mesh.patch_count(); size /= 1.4)
     alike = *room.with({.size = size});
   const double error = error_at_places(room, *chosen);
-  EXPECT_LT(error, 0.8 * error_at_places(room, alike));
+  EXPECT_LT(error, 0.9 * error_at_places(room, alike));
   EXPECT_LT(error, 0.05);
 }
 
@@ -300,15 +300,15 @@ TEST(ElementsOfChosenSize, AreTheSameBitsOnAnyNumberOfThreadsAndWhenResumed) {
 }
 
 TEST(ElementsOfChosenSize, AreTheSameHoweverDimTheLight) {
-  const PatchMesh mesh = make_patches(random_room(2), PatchSize{0.8}).mesh;
+  const PatchMesh mesh = make_patches(lit_cube(0.5, 0.5, 0.5), PatchSize{0.5}).mesh;
   const auto lit_by = [&](double watts) {
     std::vector<Material> materials = mesh.materials();
     for (Material& m : materials) m.emission *= watts;
     const Gathered room(scene_of(mesh.with_materials(materials)));
-    return *room.with({.variation = 0.05, .samples = 32});
+    return *room.with({.samples = 32});
   };
   const Elements bright = lit_by(1);
-  ASSERT_GT(bright.mesh.patch_count(), mesh.patch_count());
+  ASSERT_GT(bright.mesh.patch_count(), 5 * mesh.patch_count());
   ASSERT_GT(bright.noise(), 0);
   for (const double watts : {std::exp2(-700), std::exp2(600)}) {
     const Elements e = lit_by(watts);
