@@ -15,12 +15,10 @@
 namespace radiosity {
 namespace {
 
-// Of rows of so many entries, and so many patches that are computed pair by pair.
-void require_memory(const FormFactorMethod& method, Index n, double entries, std::size_t pairwise,
-                    std::size_t limit) {
+// Of rows of so many entries.
+void require_memory(const FormFactorMethod& method, Index n, double entries, std::size_t limit) {
   if (limit == 0) return;
-  // Each patch that is computed pair by pair has a whole row and a whole column.
-  const double needed = assembly_bytes(n, entries + 2 * static_cast<double>(pairwise));
+  const double needed = assembly_bytes(n, entries);
   if (needed <= static_cast<double>(limit)) return;
   const double per_row = needed / n;
   const auto gigabytes = [](double bytes) { return bytes / 1e9; };
@@ -95,7 +93,7 @@ AssembledFormFactors assemble(const FormFactorMethod& method, const Visibility& 
   const Eigen::ArrayXd& areas = visibility.mesh().cluster_areas();
   const Index n = visibility.mesh().cluster_count();
   AssemblyReport report;
-  require_memory(method, n, method.max_entries_per_row(), 0, options.memory_limit_bytes);
+  require_memory(method, n, method.max_entries_per_row(), options.memory_limit_bytes);
 
   ComputedRows computed = compute_rows(method, areas, options);
   RowList& rows = computed.rows;
@@ -108,8 +106,10 @@ AssembledFormFactors assemble(const FormFactorMethod& method, const Visibility& 
     if (!report.pair_rows) {
       const Eigen::ArrayXd sums = row_sums(rows);
       PairwisePatches chosen = pairwise_patches(method, visibility, std::span(sums.data(), n));
-      require_memory(method, n, static_cast<double>(count_entries(rows)) / std::max<Index>(n, 1),
-                     chosen.patches.size(), options.memory_limit_bytes);
+      // Pairs stand in a row and in a column.
+      require_memory(method, n,
+                     (static_cast<double>(count_entries(rows)) + 2 * chosen.pairs) / std::max<Index>(n, 1),
+                     options.memory_limit_bytes);
       report.pair_rows = compute_pairs(chosen, areas, options.progress);
       if (chosen.factors) report.rays += chosen.factors->rays();
       report.warnings = std::move(chosen.warnings);

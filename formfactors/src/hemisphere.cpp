@@ -22,6 +22,8 @@ namespace {
 ///
 /// Of a cluster each packet starts on one member, as many on each as its share of the area asks for.
 ///
+/// Where another patch lies so near that rays would start on its wrong side, none does: no light to speak of gets there.
+///
 /// A few such sets of directions serve all patches: each takes one at random and turns it by a random angle.
 class Hemisphere final : public FormFactorMethod {
  public:
@@ -41,6 +43,7 @@ class Hemisphere final : public FormFactorMethod {
   std::uint64_t rays() const override { return rays_.load(std::memory_order_relaxed); }
   FormFactorOptions options() const override { return {.samples = samples(), .seed = seed_}; }
   std::optional<double> direction_share() const override { return 1.0 / samples(); }
+  bool leaves_out_faced() const override { return true; }
   Index max_entries_per_row() const override {
     return std::min(samples(), visibility_.mesh().cluster_count());
   }
@@ -54,6 +57,7 @@ class Hemisphere final : public FormFactorMethod {
     Packet points;
     Index from;
     Eigen::Vector3f t, b, n;
+    std::array<std::uint8_t, 16> faced;
   };
   std::vector<Packet> directions(std::uint64_t set) const;
   // `count` packets spread evenly over the area of all members.
@@ -138,7 +142,8 @@ void Hemisphere::rows(Index first, Index last, bool, const Sink& sink) const {
         packet.dz[lane] = d.x[lane] * x.t.z() + d.y[lane] * x.b.z() + d.z[lane] * x.n.z();
       }
       visibility_.first_hits(packet);
-      for (const Index j : packet.hit) {
+      for (std::size_t lane = 0; lane < 16; ++lane) {
+        const Index j = x.faced[lane] != 0 ? Visibility::kNothing : packet.hit[lane];
         const Index met = j < 0 ? j : mesh.cluster(j);
         const auto slot = static_cast<std::size_t>(met + static_cast<Index>(kClusters));
         ++hits[slot];
@@ -172,6 +177,7 @@ void Hemisphere::start_from(Index cluster, std::size_t count, Sample2 shift, dou
   std::size_t member = 0;
   double up_to = mesh.area(members[0]);
   std::optional<PatchSampler> patch;
+  bool looked = false, any_faced = false;  // of the member
   for (std::size_t block = 0; block < count; ++block) {
     Start& start = starts[block];
     const double where = (static_cast<double>(block) + shift.u) / static_cast<double>(count) * area;
@@ -179,6 +185,7 @@ void Hemisphere::start_from(Index cluster, std::size_t count, Sample2 shift, dou
       patch.reset();
     if (!patch) {
       patch.emplace(mesh, members[member]);
+      looked = any_faced = false;
       const Vec3& normal = mesh.normal(members[member]);
       Vec3 t, b;
       tangents(normal, t, b);
@@ -198,6 +205,15 @@ void Hemisphere::start_from(Index cluster, std::size_t count, Sample2 shift, dou
       start.points.x[lane] = static_cast<float>(x.x());
       start.points.y[lane] = static_cast<float>(x.y());
       start.points.z[lane] = static_cast<float>(x.z());
+    }
+    start.faced.fill(0);
+    if (!looked || any_faced) {
+      for (std::size_t lane = 0; lane < 16; ++lane) {
+        const Eigen::Vector3f x(start.points.x[lane], start.points.y[lane], start.points.z[lane]);
+        start.faced[lane] = visibility_.faced(start.from, x) ? 1 : 0;
+        any_faced |= start.faced[lane] != 0;
+      }
+      looked = true;
     }
   }
 }

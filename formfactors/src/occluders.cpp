@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
+#include <numeric>
 
 #include "radiosity/meshing/tolerances.hpp"
 
@@ -116,19 +118,31 @@ double slack(const PatchMesh& mesh) {
 }  // namespace
 
 Occluders::Occluders(const PatchMesh& mesh, const std::vector<Facet>& facets,
-                     const std::vector<PatchGroup>& groups, const Vec3& origin)
-    : slack_(slack(mesh)), groups_(groups) {
-  usable_ = take(facets, origin, mesh.patch_count(), kMost);
+                     const std::vector<PatchGroup>& groups, std::span<const Index> rows, const Vec3& origin)
+    : slack_(slack(mesh)), groups_(groups), row_(mesh.patch_count(), -1) {
+  std::vector<Index> all;
+  if (rows.empty()) {
+    all.resize(row_.size());
+    std::iota(all.begin(), all.end(), 0);
+    rows = all;
+  }
+  usable_ = take(facets, origin, all.size(), all.empty() ? std::numeric_limits<std::size_t>::max() : kMost);
   if (!usable_) return;
-  clear(patch_sides_, mesh.patch_count());
+  complete_ = polygons_.size() <= kMost;
+  if (!complete_) {
+    polygons_.resize(kHiders);
+    words_ = (kHiders + 63) / 64;
+  }
+  for (std::size_t k = 0; k < rows.size(); ++k) row_[rows[k]] = static_cast<Index>(k);
+  clear(patch_sides_, rows.size());
   clear(group_sides_, groups.size());
   tbb::parallel_for(std::size_t{0}, groups.size(), [&](std::size_t g) {
     const PatchGroup& group = groups[g];
     const std::size_t other_side = facets[group.facet].back;
     mark(group_sides_, g, group.corners, group.normal, group.offset, group.facet, other_side);
-    for (const Index i : group.patches) mark(patch_sides_, i, mesh, i, origin, group.facet, other_side);
+    for (const Index i : group.patches)
+      if (row_[i] >= 0) mark(patch_sides_, row_[i], mesh, i, origin, group.facet, other_side);
   });
-  for (const PatchGroup& group : groups) group_boxes_.push_back(box_of(group.corners));
 }
 
 Occluders::Occluders(const PatchMesh& mesh, const std::vector<Facet>& facets, std::span<const Index> facet_of,
@@ -160,6 +174,12 @@ bool Occluders::take(const std::vector<Facet>& facets, const Vec3& origin, std::
     words_ = (polygons_.size() + 63) / 64;
     if (polygons_.size() > most || 3 * sizeof(std::uint64_t) * words_ * patches > kMostBytes) return false;
   }
+  std::ranges::stable_sort(polygons_, std::greater{}, [](const Convex& polygon) {
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t k = 1; k + 1 < polygon.corners.size(); ++k)
+      sum += (polygon.corners[k] - polygon.corners[0]).cross(polygon.corners[k + 1] - polygon.corners[0]);
+    return sum.norm();
+  });
   return true;
 }
 
@@ -264,17 +284,22 @@ void Occluders::mark(Sides& sides, std::size_t i, const PatchMesh& mesh, Index p
   mark(sides, i, corners, normal, normal.dot(mesh.centroid(patch) - origin), facet, other_side);
 }
 
-void Occluders::between(const Sides& a, std::size_t i, const Sides& b, std::size_t j, const Box& box,
-                        std::vector<int>& result) const {
+bool Occluders::between(const Sides& a, std::size_t i, std::span<const Vec3> p, const Sides& b, std::size_t j,
+                        std::span<const Vec3> q, std::vector<int>& result) const {
+  const Box box = box_of(p).merged(box_of(q));
   result.clear();
   for (std::size_t w = 0; w < words_; ++w) {
-    const std::size_t p = i * words_ + w, q = j * words_ + w;
-    std::uint64_t bits = ~(a.front[p] & b.front[q]) & ~(a.back[p] & b.back[q]) & a.facing[p] & b.facing[q];
+    const std::size_t of_p = i * words_ + w, of_q = j * words_ + w;
+    std::uint64_t bits =
+        ~(a.front[of_p] & b.front[of_q]) & ~(a.back[of_p] & b.back[of_q]) & a.facing[of_p] & b.facing[of_q];
     for (; bits != 0; bits &= bits - 1) {
       const int o = static_cast<int>(w * 64) + std::countr_zero(bits);
-      if (box.intersects(polygons_[o].box)) result.push_back(o);
+      if (!box.intersects(polygons_[o].box)) continue;
+      if (hides(polygons_[o], p, q)) return false;
+      result.push_back(o);
     }
   }
+  return true;
 }
 
 // Planes through an edge of one and a corner of the other that have both on one side.
@@ -353,14 +378,11 @@ bool Occluders::hides(const Convex& polygon, std::span<const Vec3> p, std::span<
 }
 
 Occluders::View Occluders::approach(Index i, std::span<const Vec3> p, std::size_t g, Scratch& scratch) const {
-  const Box box = group_boxes_[g].merged(box_of(p));
-  between(patch_sides_, i, group_sides_, g, box, scratch.near);
   const PatchGroup& group = groups_[g];
+  if (!between(patch_sides_, row_[i], p, group_sides_, g, group.corners, scratch.near)) return View::hidden;
   if (!scratch.near.empty() && group.patches.size() > 1) {
     make_shaft(p, group.corners, scratch);
     std::erase_if(scratch.near, [&](int o) { return !in_shaft(polygons_[o], scratch); });
-    for (const int o : scratch.near)
-      if (hides(polygons_[o], p, group.corners)) return View::hidden;
   }
   return scratch.near.empty() ? View::free : View::partial;
 }
@@ -370,17 +392,20 @@ Occluders::View Occluders::classify(Index i, std::span<const Vec3> p, Index j, s
   scratch.candidates.clear();
   if (scratch.near.empty()) return View::free;
   const Box box = box_of(p).merged(box_of(q));
-  const std::size_t wi = static_cast<std::size_t>(i) * words_;
-  const std::size_t wj = static_cast<std::size_t>(j) * words_;
+  // Of a patch that is none of the rows its group told.
+  const Index first = row_[i] < 0 ? row_[j] : row_[i], second = row_[j] < 0 ? first : row_[j];
   for (const int o : scratch.near) {
-    const std::size_t w = static_cast<std::size_t>(o) / 64;
-    const auto bit = [&](const std::vector<std::uint64_t>& mask, std::size_t first) {
-      return (mask[first + w] >> (o % 64) & 1) != 0;
+    const auto bit = [&](const std::vector<std::uint64_t>& mask, Index row) {
+      return (mask[static_cast<std::size_t>(row) * words_ + static_cast<std::size_t>(o) / 64] >> (o % 64) &
+              1) != 0;
     };
-    if ((bit(patch_sides_.front, wi) && bit(patch_sides_.front, wj)) ||
-        (bit(patch_sides_.back, wi) && bit(patch_sides_.back, wj)) || !bit(patch_sides_.facing, wi) ||
-        !bit(patch_sides_.facing, wj) || !box.intersects(polygons_[o].box))
+    const auto outside = [&](const std::vector<std::uint64_t>& side) {
+      return first != second && bit(side, first) && bit(side, second);
+    };
+    if (outside(patch_sides_.front) || outside(patch_sides_.back) || !bit(patch_sides_.facing, first) ||
+        !bit(patch_sides_.facing, second) || !box.intersects(polygons_[o].box))
       continue;
+    if (hides(polygons_[o], p, q)) return View::hidden;
     scratch.candidates.push_back(o);
   }
   return narrow(p, q, scratch);
@@ -391,8 +416,6 @@ Occluders::View Occluders::narrow(std::span<const Vec3> p, std::span<const Vec3>
   make_shaft(p, q, scratch);
   std::erase_if(scratch.candidates, [&](int o) { return !in_shaft(polygons_[o], scratch); });
   if (scratch.candidates.empty()) return View::free;
-  for (const int o : scratch.candidates)
-    if (hides(polygons_[o], p, q)) return View::hidden;
   return scratch.candidates.size() > kMostShadows ? View::crowded : View::partial;
 }
 
@@ -422,8 +445,10 @@ Occluders::View Occluders::classify(const Vec3& x, std::span<const int> polygons
     const double height = polygon.normal.dot(x) - polygon.offset;
     const bool in_front = height > 0;
     if (std::abs(height) > slack_ && !bit(in_front ? patch_sides_.front : patch_sides_.back) &&
-        bit(patch_sides_.facing) && box.intersects(polygon.box))
+        bit(patch_sides_.facing) && box.intersects(polygon.box)) {
+      if (hides(polygon, std::span(&x, 1), q)) return View::hidden;
       scratch.candidates.push_back(o);
+    }
   }
   return narrow(std::span(&x, 1), q, scratch);
 }
@@ -436,8 +461,7 @@ void Occluders::look_from(std::span<const Vec3> p, const Vec3& n, std::size_t fa
 
 Occluders::View Occluders::classify(std::span<const Vec3> p, std::size_t lamp, std::span<const Vec3> q,
                                     Scratch& scratch) const {
-  const Box box = box_of(p).merged(box_of(q));
-  between(scratch.sides, 0, patch_sides_, lamp, box, scratch.candidates);
+  if (!between(scratch.sides, 0, p, patch_sides_, lamp, q, scratch.candidates)) return View::hidden;
   return narrow(p, q, scratch);
 }
 

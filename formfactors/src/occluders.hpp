@@ -18,10 +18,12 @@ class Occluders {
   /// cut what the others leave visible in several pieces).
   static constexpr std::size_t kMost = 2048;
   static constexpr std::size_t kMostShadows = 16;
+  static constexpr std::size_t kHiders = 512;
 
-  /// For pairs of patches. The groups are kept by reference.
+  /// For pairs of one of `rows`, or of any patch where there are none, and any patch. The groups are kept by reference. Of more than
+  /// kMost polygons the kHiders largest are asked what they hide from the rows.
   Occluders(const PatchMesh& mesh, const std::vector<Facet>& facets, const std::vector<PatchGroup>& groups,
-            const Vec3& origin);
+            std::span<const Index> rows, const Vec3& origin);
 
   /// For points and patches that look at lamps, which are known by their place in the list; facet_of: of each patch.
   Occluders(const PatchMesh& mesh, const std::vector<Facet>& facets, std::span<const Index> facet_of,
@@ -29,6 +31,8 @@ class Occluders {
 
   /// Whether the scene has few enough polygons for exact visibility to pay.
   bool usable() const { return usable_; }
+  /// All of the scene's polygons are there, so that what none of them hides is free.
+  bool complete() const { return complete_; }
 
   /// Bits of the polygons, as many words for each patch or group.
   struct Sides {
@@ -53,13 +57,13 @@ class Occluders {
 
   enum class View { free, hidden, partial, crowded };
 
-  /// Whether patch i (with these corners) sees all, nothing or part of a whole group of patches: free, hidden, or partial,
+  /// Whether patch i of the rows (with these corners) sees all, nothing or part of a whole group of patches: free, hidden, or partial,
   /// and then what may stand between is left in scratch.near.
   View approach(Index i, std::span<const Vec3> p, std::size_t group, Scratch& scratch) const;
 
   /// Proves that nothing of scratch.near stands between p (part of patch i) and q (part of patch j), or that one polygon
   /// hides them from each other; where neither can be proved, leaves the polygons concerned in scratch.candidates.
-  /// Crowded: so many polygons may stand between them that rays are cheaper. p and q are convex.
+  /// Crowded: so many polygons may stand between them that rays are cheaper. p and q are convex. One of i and j is of the rows.
   View classify(Index i, std::span<const Vec3> p, Index j, std::span<const Vec3> q, Scratch& scratch) const;
 
   /// Leaves in scratch.near what may stand between a point x with normal n and any patch: what has x on one side and reaches
@@ -120,9 +124,10 @@ class Occluders {
   // The same of a patch.
   void mark(Sides& sides, std::size_t i, const PatchMesh& mesh, Index patch, const Vec3& origin,
             std::size_t facet, std::size_t other_side) const;
-  // What has not both a and b on one side, lies behind neither, and reaches into the box.
-  void between(const Sides& a, std::size_t i, const Sides& b, std::size_t j, const Box& box,
-               std::vector<int>& result) const;
+  // What has not both p and q (i of a, j of b) on one side, lies behind neither, and reaches into their box; false where one of it
+  // hides them from each other. The largest are asked first.
+  bool between(const Sides& a, std::size_t i, std::span<const Vec3> p, const Sides& b, std::size_t j,
+               std::span<const Vec3> q, std::vector<int>& result) const;
   // Keeps of scratch.candidates what reaches into the shaft between p and q.
   View narrow(std::span<const Vec3> p, std::span<const Vec3> q, Scratch& scratch) const;
   void make_shaft(std::span<const Vec3> p, std::span<const Vec3> q, Scratch& scratch) const;
@@ -140,11 +145,11 @@ class Occluders {
                                     std::span<const Vec3> q, Scratch& scratch);
 
   double slack_;
-  bool usable_ = false;
-  std::vector<Convex> polygons_;
+  bool usable_ = false, complete_ = true;
+  std::vector<Convex> polygons_;  // the largest first
   std::size_t words_ = 0;
   std::span<const PatchGroup> groups_;
-  std::vector<Box> group_boxes_;
+  std::vector<Index> row_;  // per patch: its place in patch_sides_, or −1
   Sides patch_sides_, group_sides_;
 };
 

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "pair_factors.hpp"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "radiosity/formfactors/sampling.hpp"
@@ -64,7 +67,8 @@ std::vector<Polygon> centred_polygons(const PatchMesh& mesh) {
 
 }  // namespace
 
-PairFactors::PairFactors(const Visibility& visibility, Index samples, std::uint64_t seed, double tolerance)
+PairFactors::PairFactors(const Visibility& visibility, Index samples, std::uint64_t seed, double tolerance,
+                         std::span<const Index> rows)
     : visibility_(visibility),
       samples_(samples),
       packets_((samples + 15) / 16),
@@ -83,7 +87,7 @@ PairFactors::PairFactors(const Visibility& visibility, Index samples, std::uint6
                                        [&](Index i) { return visibility.covered(i); }));
   }
   if (visibility.convex()) return;
-  occluders_.emplace(mesh, visibility.facets(), groups_, centre_of(mesh));
+  occluders_.emplace(mesh, visibility.facets(), groups_, rows, centre_of(mesh));
   if (!occluders_->usable()) occluders_.reset();
 }
 
@@ -165,6 +169,25 @@ void PairFactors::cluster_row(Index cluster, bool upper, std::vector<double>& ro
     });
 }
 
+double PairFactors::near_pairs(std::span<const Index> patches) const {
+  constexpr std::size_t kAsked = 64;
+  if (patches.empty()) return 0;
+  std::vector<double> near(std::min(kAsked, patches.size()), 0);
+  tbb::parallel_for(std::size_t{0}, near.size(), [&](std::size_t k) {
+    // Within each stretch by the golden ratio: lamps are alike, and what faces up must not be asked alone.
+    const double place =
+        near.size() < patches.size() ? std::fmod(0.6180339887 * static_cast<double>(k), 1) : 0;
+    const auto chosen =
+        static_cast<std::size_t>((static_cast<double>(k) + place) * static_cast<double>(patches.size()) /
+                                 static_cast<double>(near.size()));
+    for (std::size_t group = 0; group < groups_.size(); ++group)
+      if (approach(patches[chosen], group) == nullptr)
+        near[k] += static_cast<double>(groups_[group].patches.size());
+  });
+  return std::accumulate(near.begin(), near.end(), 0.0) / static_cast<double>(near.size()) *
+         static_cast<double>(patches.size());
+}
+
 bool PairFactors::may_see_any(Index i) const {
   for (std::size_t group = 0; group < groups_.size(); ++group)
     if (approach(i, group) == nullptr) return true;
@@ -174,7 +197,9 @@ bool PairFactors::may_see_any(Index i) const {
 bool PairFactors::sees_all_of(Index i, std::size_t group) const {
   const Polygon& p = polygons_[i];
   const PatchGroup& g = groups_[group];
-  if (any_covered_[group] || !(visibility_.convex() || (occluders_ && scratch.near.empty()))) return false;
+  if (any_covered_[group] ||
+      !(visibility_.convex() || (occluders_ && occluders_->complete() && scratch.near.empty())))
+    return false;
   const double slack = tolerance::kOnPlane * p.radius;
   return std::all_of(g.corners.begin(), g.corners.end(),
                      [&](const Vec3& c) { return p.normal.dot(c - p.centroid) >= -slack; }) &&
@@ -214,7 +239,7 @@ double PairFactors::mutual_area(Index i, Index j, double area, PairCounts& count
   Occluders::View view = Occluders::View::crowded;
   if (visibility_.convex()) {
     view = Occluders::View::free;
-  } else if (occluders_ && convex_[i] && convex_[j]) {
+  } else if (occluders_ && occluders_->complete() && convex_[i] && convex_[j]) {
     view = occluders_->classify(i, p_seen.corners, j, q_seen.corners, scratch);
   }
   switch (view) {

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -28,9 +29,13 @@ namespace radiosity {
 /// 16, and four times as many where the first find a pair partly hidden.
 class PairFactors {
  public:
-  /// The visibility must outlive this object.
+  /// Pairs of one of `rows`, or where there are none of any patch, with any patch. The visibility must outlive this object.
   PairFactors(const Visibility& visibility, Index samples, std::uint64_t seed,
-              double tolerance = kFactorTolerance);
+              double tolerance = kFactorTolerance, std::span<const Index> rows = {});
+
+  /// Pairs of these patches with those in groups that neither lie behind them nor are hidden from them: what their rows cost. Of many,
+  /// some are asked.
+  double near_pairs(std::span<const Index> patches) const;
 
   /// False only where all patches lie behind i or are hidden from it in whole groups.
   bool may_see_any(Index i) const;
@@ -97,7 +102,7 @@ class PairFactors {
   std::vector<std::uint32_t> group_of_;
   std::vector<bool> any_covered_;  // of groups
   PatchColumns columns_;
-  std::optional<Occluders> occluders_;  // absent where rays are used
+  std::optional<Occluders> occluders_;  // absent where rays alone are used
   mutable std::atomic<std::uint64_t> rays_{0};
   mutable std::mutex counting_;
   mutable PairCounts counts_;

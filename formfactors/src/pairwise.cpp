@@ -20,17 +20,34 @@ namespace {
 
 constexpr double kFewAnswers = 32;  // rays or cells: errors of 1/√32 = 18 %
 
-constexpr double kMostPairs = 5e7;   // of lamps
-constexpr double kMostByRays = 2e6;  // of others, where shadow rays tell what is seen
+constexpr double kMostPairs = 5e7;
+constexpr double kMostByRays = 2e6;  // of patches that are no lamps, where shadow rays tell what is seen
 
 std::size_t most_of_a_kind(const PatchMesh& mesh) {
   return static_cast<std::size_t>(std::max(32, mesh.cluster_count() / 20));
 }
+std::vector<Index> members_of(const PatchMesh& mesh, std::span<const Index> clusters) {
+  std::vector<Index> out;
+  for (const Index c : clusters) out.insert(out.end(), mesh.members(c).begin(), mesh.members(c).end());
+  return out;
+}
+bool too_many_pairs(const PatchMesh& mesh, std::span<const Index> members, double most_pairs) {
+  return members.size() > 32 &&
+         static_cast<double>(members.size()) * static_cast<double>(mesh.patch_count()) > most_pairs;
+}
 bool too_many(const PatchMesh& mesh, std::span<const Index> clusters, double most_pairs) {
-  if (clusters.size() > most_of_a_kind(mesh)) return true;
-  double members = 0;
-  for (const Index c : clusters) members += static_cast<double>(mesh.members(c).size());
-  return members > 32 && members * mesh.patch_count() > most_pairs;
+  return clusters.size() > most_of_a_kind(mesh) ||
+         too_many_pairs(mesh, members_of(mesh, clusters), most_pairs);
+}
+// Of lamps those pairs count that are not known to be hidden from each other.
+bool too_many_lamps(const Visibility& visibility, std::span<const Index> lamps) {
+  const PatchMesh& mesh = visibility.mesh();
+  constexpr Index kFewer = 4;  // where a larger share of the patches shines, directions find it
+  if (lamps.size() > static_cast<std::size_t>(std::max(32, mesh.cluster_count() / kFewer))) return true;
+  const std::vector<Index> members = members_of(mesh, lamps);
+  return too_many_pairs(mesh, members, kMostPairs) &&
+         PairFactors(visibility, kPairwiseSamples, 1, kFactorTolerance, members).near_pairs(members) >
+             kMostPairs;
 }
 // For patches that are no lamps.
 double most_pairs(const Visibility& visibility) {
@@ -218,7 +235,7 @@ bool hardly_answered(const FormFactorMethod& method, double row_sum) {
 std::vector<Index> pairwise_in_advance(const Visibility& visibility) {
   std::vector<Index> lamps = lamps_of(visibility.mesh());
   std::vector<Index> near = numbers(near_clusters(visibility));
-  if (too_many(visibility.mesh(), lamps, kMostPairs)) lamps.clear();
+  if (too_many_lamps(visibility, lamps)) lamps.clear();
   if (too_many(visibility.mesh(), near, most_pairs(visibility))) near.clear();
   return united(lamps, near);
 }
@@ -231,12 +248,8 @@ PairwisePatches pairwise_patches(const FormFactorMethod& method, const Visibilit
       0.5 * static_cast<double>(mesh.patch_count()) * static_cast<double>(mesh.patch_count() - 1);
   const std::string analytic = fmt::format("method analytic (all {:.2g} pairs)", pairs);
   PairwisePatches out;
-  const auto make_factors = [&] {
-    if (!out.factors) out.factors = std::make_unique<PairFactors>(visibility, kPairwiseSamples, 1);
-  };
-
   std::vector<Index> lamps = lamps_of(mesh);
-  if (too_many(mesh, lamps, kMostPairs)) {
+  if (too_many_lamps(visibility, lamps)) {
     const FaintLamps found = faint_lamps(mesh, lamps, method.direction_share().value_or(0));
     if (found.faint > 0)
       out.warnings.push_back(fmt::format(
@@ -249,7 +262,7 @@ PairwisePatches pairwise_patches(const FormFactorMethod& method, const Visibilit
   }
   out.lamps = static_cast<Index>(lamps.size());
 
-  const auto near_shares = near_clusters(visibility);
+  auto near_shares = near_clusters(visibility);
   std::vector<Index> near = numbers(near_shares);
   if (too_many(mesh, near, most_pairs(visibility))) {
     // What lies against another patch with nearly all of its area sees nothing to speak of but that.
@@ -257,7 +270,9 @@ PairwisePatches pairwise_patches(const FormFactorMethod& method, const Visibilit
     double exchanged = 0, wrong = 0, hidden = 0;
     for (Index c = 0; c < mesh.cluster_count(); ++c) exchanged += mesh.cluster_areas()[c] * row_sums[c];
     for (const auto& [c, share] : near_shares) {
-      if (share >= kHidden) {
+      if (method.leaves_out_faced()) {
+        hidden += share * mesh.cluster_areas()[c];
+      } else if (share >= kHidden) {
         out.hidden.push_back(c);
         hidden += mesh.cluster_areas()[c];
       } else {
@@ -267,26 +282,31 @@ PairwisePatches pairwise_patches(const FormFactorMethod& method, const Visibilit
     }
     constexpr double kLittleExchange = 0.01, kLittleArea = 0.1;
     if (wrong > kLittleExchange * exchanged || hidden > kLittleArea * mesh.areas().sum())
-      out.warnings.push_back(
-          fmt::format("{} patches lie nearer than {:.2g} m in front of others, {} of them with nearly all of "
-                      "their area, where "
-                      "rays and cells start on the wrong side: the latter count as seeing nothing, the "
-                      "factors of the others "
-                      "are wrong, and they are too many to be computed pair by pair; {} tells them",
-                      near.size(), tolerance::kNearPlane * mesh.diagonal(), out.hidden.size(), analytic));
+      out.warnings.push_back(fmt::format(
+          "{} patches lie nearer than {:.2g} m in front of others, {:.2g} % of all area, too many to be "
+          "computed pair by pair: {}; {} "
+          "tells them",
+          near.size(), tolerance::kNearPlane * mesh.diagonal(), 100 * hidden / mesh.areas().sum(),
+          method.leaves_out_faced() ? "what is in such gaps counts as seeing nothing"
+                                    : fmt::format("{} of them with nearly all of their area count as seeing "
+                                                  "nothing, and the factors of the others are "
+                                                  "wrong, as cells start on the wrong side",
+                                                  out.hidden.size()),
+          analytic));
     near.clear();
   }
 
   std::vector<Index> unanswered;
-  for (Index c = 0; c < mesh.cluster_count(); ++c) {
-    const double sum = row_sums[c];
-    if (!hardly_answered(method, sum) || all_covered(visibility, c)) continue;
-    make_factors();
+  for (Index c = 0; c < mesh.cluster_count(); ++c)
+    if (hardly_answered(method, row_sums[c]) && !all_covered(visibility, c)) unanswered.push_back(c);
+  const std::vector<Index> rows = members_of(mesh, united(united(lamps, near), unanswered));
+  if (!rows.empty())
+    out.factors = std::make_unique<PairFactors>(visibility, kPairwiseSamples, 1, kFactorTolerance, rows);
+  std::erase_if(unanswered, [&](Index c) {
     const auto members = mesh.members(c);
-    if (sum > 0 ||
-        std::any_of(members.begin(), members.end(), [&](Index i) { return out.factors->may_see_any(i); }))
-      unanswered.push_back(c);
-  }
+    return !(row_sums[c] > 0) &&
+           std::none_of(members.begin(), members.end(), [&](Index i) { return out.factors->may_see_any(i); });
+  });
   // Of many the noise is in the error that is estimated. Those that no direction finds anything from are what lies outside of an
   // open scene; they are counted as isolated.
   if (too_many(mesh, unanswered, most_pairs(visibility)))
@@ -294,7 +314,10 @@ PairwisePatches pairwise_patches(const FormFactorMethod& method, const Visibilit
   if (too_many(mesh, unanswered, most_pairs(visibility))) unanswered.clear();
   out.misjudged = united(near, unanswered);
   out.patches = united(lamps, out.misjudged);
-  if (!out.patches.empty()) make_factors();
+  if (out.patches.empty())
+    out.factors.reset();
+  else
+    out.pairs = out.factors->near_pairs(members_of(mesh, out.patches));
   return out;
 }
 

@@ -17,6 +17,7 @@ inline constexpr Index kPairwiseSamples = 4;
 /// Patches whose rows and columns a method that samples directions had better leave to the pairs.
 struct PairwisePatches {
   std::vector<Index> patches;         ///< ascending
+  double pairs = 0;                   ///< that their rows have at most, about
   Index lamps = 0;                    ///< how many of them emit
   std::vector<Index> misjudged;       ///< those whose escaping share the directions do not tell either
   std::vector<std::string> warnings;  ///< of those that are too many
@@ -28,8 +29,9 @@ struct PairwisePatches {
 /// - Lamps: what few samples find of a small lamp is noise, and everybody's light depends on it.
 /// - Patches that lie nearly against others: rays and cells pass through what lies in the plane that they start from.
 /// - Patches that hardly any ray or cell finds something from: a thin or distant object is missed or found too large.
-/// Clusters are taken whole. Each kind only while it is at most one cluster in 20, or 32, and 5·10⁷ pairs of patches: half a minute
-/// and 400 MB. Where there are so many polygons that shadow rays tell what is seen, it is 2·10⁶ but for lamps.
+/// Clusters are taken whole. Each kind only while it is at most one cluster in 20 (lamps: in 4), or 32, and 5·10⁷ pairs of patches (lamps:
+/// of those that are not hidden from each other in whole groups): half a minute and 400 MB. Where there are so many polygons that
+/// shadow rays tell what is seen, it is 2·10⁶ but for lamps.
 PairwisePatches pairwise_patches(const FormFactorMethod& method, const Visibility& visibility,
                                  std::span<const double> row_sums);
 

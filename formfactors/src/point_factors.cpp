@@ -25,6 +25,15 @@ thread_local Occluders::Scratch point_scratch;
 
 }  // namespace
 
+namespace {
+
+// Of 4 × 4 strata along an edge of the unit square, two rays in each.
+int blocks_of(Index rays) {
+  return static_cast<int>(std::ceil(std::sqrt(rays / 32.0)));
+}
+
+}  // namespace
+
 struct PointFactors::Impl {
   Impl(const Visibility& v, Index rays, std::uint64_t s);
 
@@ -43,13 +52,13 @@ struct PointFactors::Impl {
   void add_single(const Vec3& x, const Vec3& from, const Vec3& n, Index j, std::span<const Vec3> seen,
                   const Classify& classify, RandomStream& random, View& view) const;
   Single by_rays(const Vec3& x, const Vec3& n, Index j, double whole, RandomStream& random) const;
-  void cast(const Vec3& x, const Vec3& n, RandomStream& random, View& view) const;
+  void cast(const Vec3& x, const Vec3& n, int edge, RandomStream& random, View& view) const;
   // Those that touch a patch.
   const std::vector<std::size_t>& walls_at(Index patch) const;
 
   const Visibility& visibility;
   std::uint64_t seed;
-  int blocks;  // of 4 × 4 strata along an edge of the unit square
+  int blocks;
   Vec3 centre;
   double diagonal;
   double step;               // off a surface, in double precision
@@ -65,7 +74,7 @@ struct PointFactors::Impl {
 PointFactors::Impl::Impl(const Visibility& v, Index rays, std::uint64_t s)
     : visibility(v),
       seed(s),
-      blocks(static_cast<int>(std::ceil(std::sqrt(rays / 32.0)))),
+      blocks(blocks_of(rays)),
       centre((v.mesh().lower() + v.mesh().upper()) / 2),
       diagonal(v.mesh().diagonal()),
       step(tolerance::kBesideSurface * diagonal +
@@ -242,11 +251,12 @@ PointFactors::Single PointFactors::Impl::by_rays(const Vec3& x, const Vec3& n, I
   return single;
 }
 
-void PointFactors::Impl::cast(const Vec3& x, const Vec3& n, RandomStream& random, View& view) const {
-  view.rays.resize(32 * blocks * blocks);
+void PointFactors::Impl::cast(const Vec3& x, const Vec3& n, int edge, RandomStream& random,
+                              View& view) const {
+  view.rays.resize(32 * edge * edge);
   Vec3 t, b;
   tangents(n, t, b);
-  const double cell = 1.0 / (4 * blocks);
+  const double cell = 1.0 / (4 * edge);
   const double metre = diagonal;  // of one unit of the scaled scene
   const Eigen::Vector3f start = visibility.scaled(x + centre).cast<float>();
   Visibility::Packet packet;
@@ -256,12 +266,12 @@ void PointFactors::Impl::cast(const Vec3& x, const Vec3& n, RandomStream& random
   packet.y.fill(start.y());
   packet.z.fill(start.z());
   std::array<Vec3, 16> directions;
-  for (int block = 0; block < blocks * blocks; ++block) {
+  for (int block = 0; block < edge * edge; ++block) {
     for (int replicate = 0; replicate < 2; ++replicate) {
       for (int k = 0; k < 16; ++k) {
         const auto lane = static_cast<std::size_t>(k);
-        const Sample2 disk = concentric_disk({(block % blocks * 4 + k % 4 + random.uniform()) * cell,
-                                              (block / blocks * 4 + k / 4 + random.uniform()) * cell});
+        const Sample2 disk = concentric_disk({(block % edge * 4 + k % 4 + random.uniform()) * cell,
+                                              (block / edge * 4 + k / 4 + random.uniform()) * cell});
         const double z = std::sqrt(std::max(0.0, 1 - disk.u * disk.u - disk.v * disk.v));
         directions[lane] = disk.u * t + disk.v * b + z * n;
         packet.dx[lane] = static_cast<float>(directions[lane].x());
@@ -291,7 +301,7 @@ Index PointFactors::rays() const {
 }
 
 void PointFactors::view(const Vec3& x, const Vec3& n, std::uint64_t stream, View& view,
-                        const Outlook* outlook) const {
+                        const Outlook* outlook, Index rays) const {
   RandomStream random(impl_->seed, stream);
   view.singles.clear();
   const Vec3 centred = x - impl_->centre;
@@ -320,7 +330,7 @@ void PointFactors::view(const Vec3& x, const Vec3& n, std::uint64_t stream, View
       impl_->add_single(near, off, n, impl_->lamps[k], front, classify, random, view);
     }
   }
-  impl_->cast(off, n, random, view);
+  impl_->cast(off, n, rays > 0 ? blocks_of(rays) : impl_->blocks, random, view);
 }
 
 std::optional<PointFactors::Outlook> PointFactors::outlook(Index patch) const {

@@ -326,6 +326,10 @@ Visibility::Visibility(const PatchMesh& mesh)
   if (!convex_) find_covered();
 }
 
+bool Visibility::faced(Index patch, const Eigen::Vector3f& x) const {
+  return impl_->faced(impl_->planes[patch], x);
+}
+
 // Winding numbers before patches that a polygon lies against. Closed surfaces give 1 in a room and 0 in matter, or 0 and −1; lamps
 // and screens of one face in there add the share of the sphere that they take. Where the numbers before all other patches are not
 // whole but for that, the scene is open and nothing can be told.

@@ -219,6 +219,16 @@ bool is_triangle_or_convex_quad(const Surface& surface, Index polygon) {
   return polygon::is_convex(polygon::project(plane, surface.points, loop), tolerance::kPlanarity);
 }
 
+/// Lamps that reflect nothing: B = E wherever they are cut, so that only form factors ask for small pieces.
+std::vector<std::uint8_t> known_radiosity(const Surface& surface, const Scene& scene) {
+  std::vector<std::uint8_t> out;
+  for (const Index m : surface.material) {
+    const Material& material = scene.materials()[m];
+    out.push_back((material.emission > 0).any() && (material.reflectance == 0).all() ? 1 : 0);
+  }
+  return out;
+}
+
 /// Drops the faces that lie wholly in others of the same material that face the same way; of two that lie in each other the later
 /// one. Returns their numbers.
 std::vector<Index> drop_contained(Surface& faces, Surface& polygons, const Contacts& contacts) {
@@ -318,7 +328,7 @@ Patches make_patches(const Scene& scene, const PatchOptions& options) {
   repairs.split_edges =
       static_cast<Index>(std::count_if(contacts.partly_shared.begin(), contacts.partly_shared.end(),
                                        [&](std::uint64_t edge) { return contacts.splits.contains(edge); }));
-  const Subdivision subdivision(polygons, contacts);
+  const Subdivision subdivision(polygons, contacts, known_radiosity(polygons, scene));
   bool cut_seen = false;
   for (Index p = 0; p < polygons.count(); ++p) {
     // Pieces of one face follow one another; a face counts with its first (cut) piece.

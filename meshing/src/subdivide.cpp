@@ -30,12 +30,14 @@ struct Subdivision::Division {
   }
 };
 
-Subdivision::Subdivision(const Surface& surface, const Contacts& contacts) : points_(surface.points) {
+Subdivision::Subdivision(const Surface& surface, const Contacts& contacts,
+                         std::span<const std::uint8_t> coarse)
+    : points_(surface.points) {
   auto line = contacts.lines.begin();
   for (Index p = 0; p < surface.count(); ++p) {
     const auto first = line;
     while (line != contacts.lines.end() && line->polygon == p) ++line;
-    add_polygon(surface, contacts, p, {first, line});
+    add_polygon(surface, contacts, p, {first, line}, coarse[p] != 0 ? kCoarse : 1);
   }
   DisjointSets same(edges_.size());
   for (const Polygon& polygon : polygons_) {
@@ -46,10 +48,11 @@ Subdivision::Subdivision(const Surface& surface, const Contacts& contacts) : poi
   for (std::size_t e = 0; e < edges_.size(); ++e) same_count_.push_back(same.root(static_cast<Index>(e)));
 }
 
-Subdivision::Use Subdivision::use(Index from, Index to, bool crease) {
+Subdivision::Use Subdivision::use(Index from, Index to, bool crease, double coarseness) {
   const auto [low, high] = std::minmax(from, to);
-  const auto [entry, is_new] = edge_numbers_.emplace(edge_key(from, to), static_cast<Index>(edges_.size()));
-  if (is_new) edges_.push_back({low, high, (points_[high] - points_[low]).norm(), false});
+  auto& numbers = coarseness > 1 ? coarse_edge_numbers_ : edge_numbers_;
+  const auto [entry, is_new] = numbers.emplace(edge_key(from, to), static_cast<Index>(edges_.size()));
+  if (is_new) edges_.push_back({low, high, (points_[high] - points_[low]).norm(), false, coarseness});
   if (crease) edges_[entry->second].crease = true;
   return {entry->second, from == low};
 }
@@ -66,10 +69,15 @@ Index Subdivision::on_edge(Index v, Index a, Index b, double slack) {
 }
 
 void Subdivision::add_polygon(const Surface& surface, const Contacts& contacts, Index number,
-                              std::span<const Contacts::Line> lines) {
+                              std::span<const Contacts::Line> lines, double coarseness) {
   const auto loop = surface.loop(number);
-  Polygon polygon{
-      surface.face[number], uses_.size(), 0, 0, false, polygon::area_vector(surface.points, loop).norm()};
+  Polygon polygon{surface.face[number],
+                  uses_.size(),
+                  0,
+                  0,
+                  false,
+                  polygon::area_vector(surface.points, loop).norm(),
+                  coarseness};
   const double slack =
       tolerance::kCoplanar / tolerance::kContact * contacts.distance + polygon::rounding(points_, loop);
   for (std::size_t k = 0; k < loop.size(); ++k) {
@@ -77,7 +85,8 @@ void Subdivision::add_polygon(const Surface& surface, const Contacts& contacts, 
     const bool crease = contacts.creases.contains(edge_key(a, b));
     std::vector<Index> way = contacts.chain(points_, a, b);
     for (std::size_t s = 1; s + 1 < way.size(); ++s) way[s] = on_edge(way[s], a, b, slack);
-    for (std::size_t s = 0; s + 1 < way.size(); ++s) uses_.push_back(use(way[s], way[s + 1], crease));
+    for (std::size_t s = 0; s + 1 < way.size(); ++s)
+      uses_.push_back(use(way[s], way[s + 1], crease, coarseness));
   }
   polygon.boundary = uses_.size() - polygon.first;
 
@@ -117,7 +126,7 @@ void Subdivision::add_polygon(const Surface& surface, const Contacts& contacts, 
       const std::vector<Index> way = contacts.chain(points_, line);
       for (std::size_t s = 0; s + 1 < way.size(); ++s) {
         const Index a = stand_in(way[s]), b = stand_in(way[s + 1]);
-        if (a != b && present.insert(edge_key(a, b)).second) uses_.push_back(use(a, b, true));
+        if (a != b && present.insert(edge_key(a, b)).second) uses_.push_back(use(a, b, true, coarseness));
       }
     }
     polygon.lines = uses_.size() - polygon.first - polygon.boundary;
@@ -136,7 +145,7 @@ std::vector<double> Subdivision::edge_counts(double size) const {
     const std::array<Index, 2> ends{edge.a, edge.b};
     const double length = edge.length * (1 - tolerance::kWholePieces) - polygon::rounding(points_, ends);
     double& most = wanted[same_count_[e]];
-    most = std::max(most, std::ceil(length / size));
+    most = std::max(most, std::ceil(length / (edge.coarseness * size)));
   }
   return wanted;
 }
@@ -144,7 +153,7 @@ std::vector<double> Subdivision::edge_counts(double size) const {
 double Subdivision::expected(const Polygon& polygon, const std::vector<double>& wanted, double size) const {
   const auto count = [&](std::size_t k) { return wanted[same_count_[uses_[polygon.first + k].edge]]; };
   if (polygon.grid) return count(0) * count(1);
-  double sum = polygon.area / (size * size);
+  double sum = polygon.area / std::pow(polygon.coarseness * size, 2);
   for (std::size_t k = 0; k < polygon.boundary + polygon.lines; ++k) sum += count(k);
   return sum;
 }
@@ -224,7 +233,7 @@ Pieces Subdivision::pieces(double size) const {
     else if (polygon.boundary == 3 && polygon.lines == 0 && count(0) == count(1) && count(1) == count(2))
       add_triangle(polygon, division, result);
     else
-      add_mesh(polygon, division, size, result);
+      add_mesh(polygon, division, polygon.coarseness * size, result);
     result.polygon.resize(result.start.size() - 1, static_cast<Index>(p));
   }
   return result;

@@ -19,9 +19,11 @@ struct Pieces {
 /// Everything about the subdivision of planar polygons that does not depend on the size of the pieces.
 class Subdivision {
  public:
-  Subdivision(const Surface& surface, const Contacts& contacts);
+  /// Polygons that are `coarse` share no edges with others: theirs are divided as if the size were kCoarse times as large.
+  Subdivision(const Surface& surface, const Contacts& contacts, std::span<const std::uint8_t> coarse);
+  static constexpr double kCoarse = 4;
 
-  /// Pieces with no edge longer than `size`, which may be infinite. Throws InputError when there would be too
+  /// Pieces with no edge longer than `size` (kCoarse times that), which may be infinite. Throws InputError when there would be too
   /// many, of all or of one face.
   Pieces pieces(double size) const;
 
@@ -39,6 +41,7 @@ class Subdivision {
     Index a, b;
     double length;
     bool crease;
+    double coarseness;  ///< 1 or kCoarse
   };
   struct Use {
     Index edge;
@@ -50,15 +53,16 @@ class Subdivision {
     std::size_t boundary, lines;  ///< numbers of uses
     bool grid;
     double area;
+    double coarseness;  ///< 1 or kCoarse
   };
   struct Division;
 
   void add_polygon(const Surface& surface, const Contacts& contacts, Index polygon,
-                   std::span<const Contacts::Line> lines);
+                   std::span<const Contacts::Line> lines, double coarseness);
   /// The point that stands for v on the edge from a to b: points of other polygons may be off by the contact distance, but the
   /// polygon keeps its outline, and so its area and its plane.
   Index on_edge(Index v, Index a, Index b, double slack);
-  Use use(Index from, Index to, bool crease);
+  Use use(Index from, Index to, bool crease, double coarseness);
   std::vector<double> edge_counts(double size) const;  ///< pieces, of the edge that same_count_ names
   double expected(const Polygon& polygon, const std::vector<double>& edge_counts, double size) const;
   void require_possible(const std::vector<double>& edge_counts, double size) const;
@@ -68,7 +72,7 @@ class Subdivision {
 
   std::vector<Vec3> points_;
   std::vector<Edge> edges_;
-  std::unordered_map<std::uint64_t, Index> edge_numbers_;
+  std::unordered_map<std::uint64_t, Index> edge_numbers_, coarse_edge_numbers_;
   std::map<std::array<Index, 3>, Index> feet_;  ///< per edge and point
   std::vector<Use> uses_;
   std::vector<Polygon> polygons_;

@@ -7,9 +7,11 @@
 namespace radiosity {
 namespace {
 
-constexpr double kAim = 0.85;       // of the goal: what an estimate of it wavers by
-constexpr double kMostGrowth = 32;  // of the number of patches, beyond which an extrapolation is not trusted
+constexpr double kAim = 0.9;           // of the goal: what an estimate of it wavers by
 constexpr double kSolverShare = 0.05;  // of the error: passes over F are cheap
+// Of the numbers of patches and of samples in one step: by how much more of them the error falls is known the less the further away,
+// and steps of this size cost little more together than the last one.
+constexpr double kMostGrowth = 16, kMostLaterGrowth = 4, kMostMoreSamples = 4;
 
 // Exponents of a kind of method, and what its numbers of samples may be: see plan_accuracy.
 struct Kind {
@@ -20,34 +22,75 @@ struct Kind {
 constexpr double kMostSamples = 1 << 18;
 constexpr Kind kPairs{2, 2, 0.5, 1, kMostSamples, true};
 constexpr Kind kRays{1, 1.3, 0.8, 64, kMostSamples, false};
-constexpr Kind kCells{1, 1.8, 0.6, 4, 16, true};  // more viewpoints do not mend what the cells are wrong by
+constexpr Kind kCells{1, 1.8, 0.6, 1, 16, true};  // more viewpoints do not mend what the cells are wrong by
+
+// Without noise, which is all that samples mend.
+double error_of_patches(const AccuracyRound& round) {
+  return std::hypot(round.error.patches.value_or(0), round.error.near);
+}
+
+double noise_of(const AccuracyRound& round) {
+  return std::sqrt(std::max(0.0, std::pow(*round.error.form_factors, 2) - std::pow(round.error.near, 2)));
+}
+
+// How the errors of one round will fall, by what larger patches told and what is seen of the rounds before.
+struct Trend {
+  double p;  // e_p² ~ n^(−p)
+  double s =
+      0;  // e_f² ~ n^(−s) beside N^(−q): where lamps are sampled, they have the more samples the more patches
+  double most_patches;  // n at most by this factor
+};
+
+Trend trend_of(std::span<const AccuracyRound> rounds, const AccuracyRound& round, double q) {
+  constexpr double kFiner = 1.5, kLeast = 0.3, kMost = 2;
+  Trend out{.p = round.error.order.value_or(1), .most_patches = kMostGrowth};
+  for (const AccuracyRound& before : rounds) {
+    if (!(kFiner * before.patches <= round.patches)) continue;
+    const double growth = std::log(static_cast<double>(round.patches) / before.patches);
+    const double error = error_of_patches(round);
+    if (before.error.patches && error > 0) {
+      const double seen = 2 * std::log(error_of_patches(before) / error) / growth;
+      // Small faces hold the error up until patches are as small, and it falls as told from then on.
+      out.p = (round.error.order.value_or(1) + std::clamp(seen, kLeast, kMost)) / 2;
+      out.most_patches = kMostLaterGrowth;
+    }
+    if (before.method == round.method && before.error.form_factors && noise_of(round) > 0) {
+      const double samples = std::log(static_cast<double>(round.options.samples) / before.options.samples);
+      out.s = std::clamp((2 * std::log(noise_of(before) / noise_of(round)) - q * samples) / growth, 0.0, 1.0);
+    }
+  }
+  return out;
+}
 
 // What fulfils the goal with the patches and samples of one round scaled up.
-AccuracyPlan scale(const AccuracyRound& round, double target) {
-  const double p = round.error.order.value_or(1);
+AccuracyPlan scale(std::span<const AccuracyRound> rounds, const AccuracyRound& round, double target) {
   const Kind& kind = round.reciprocal ? kPairs : round.options.has_resolution() ? kCells : kRays;
   const double q = kind.q, a = kind.a, b = round.exact ? 0 : kind.b;
+  const auto [p, s, most_patches] = trend_of(rounds, round, q);
   const double squared = target * target * (1 - kSolverShare * kSolverShare);
-  const double patch_error = round.error.patches.value_or(0);
-  const double noise = *round.error.form_factors;
+  const double patch_error = error_of_patches(round);
+  const double noise = noise_of(round);
 
-  double more_samples = 1;
-  double noise_squared = 0;
-  if (noise > 0) {
-    noise_squared = squared * (b / q) / (a / p + b / q);
-    more_samples = std::pow(noise * noise / noise_squared, 1 / q);
-    // Samples are whole and bounded: what is then over or under goes to the patches.
-    const double samples = static_cast<double>(round.options.samples);
-    more_samples =
-        std::clamp(more_samples, std::min(1.0, kind.least / samples), std::max(1.0, kind.most / samples));
-    noise_squared = noise * noise * std::pow(more_samples, -q);
-  }
-  const double patch_squared = std::max(squared - noise_squared, 0.1 * squared);
+  const double noise_share = noise > 0 ? (b / q) / (a / p + b / q) : 0;
   // Where joined patches did not tell the error of the patches, smaller ones must.
-  const double more_patches =
-      !round.error.patches
-          ? 4
-          : std::clamp(std::pow(patch_error * patch_error / patch_squared, 1 / p), 0.25, kMostGrowth);
+  const auto growth_to = [&](double error_squared) {
+    return round.error.patches
+               ? std::clamp(std::pow(patch_error * patch_error / error_squared, 1 / p), 0.25, most_patches)
+               : 4;
+  };
+  double more_patches = growth_to(squared * (1 - noise_share));
+  double more_samples = 1;
+  double noise_squared = noise * noise * std::pow(more_patches, -s);
+  if (noise > 0) {
+    const double wanted = std::pow(noise_squared / (squared * noise_share), 1 / q);
+    // Samples are whole and bounded: what is then over or under goes to the patches, but for what another step can mend.
+    const double samples = static_cast<double>(round.options.samples);
+    more_samples = std::clamp(wanted, std::min(1.0, kind.least / samples),
+                              std::max(1.0, std::min(kind.most / samples, kMostMoreSamples)));
+    noise_squared *= std::pow(more_samples, -q);
+    if (wanted <= kMostMoreSamples || samples * kMostMoreSamples >= kind.most)
+      more_patches = growth_to(std::max(squared - noise_squared, 0.1 * squared));
+  }
 
   AccuracyPlan plan;
   plan.method = round.method;
@@ -83,7 +126,7 @@ std::optional<AccuracyPlan> plan_accuracy(std::span<const AccuracyRound> rounds,
   for (double target = goal.error; kAim * target < reached; target *= 1.05) {
     std::optional<AccuracyPlan> best;
     for (const AccuracyRound* round : latest) {
-      const AccuracyPlan plan = scale(*round, kAim * target);
+      const AccuracyPlan plan = scale(rounds, *round, kAim * target);
       if (fits(plan) && (!best || plan.seconds < best->seconds)) best = plan;
     }
     if (best) return best;

@@ -5,7 +5,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numeric>
 #include <utility>
@@ -282,45 +281,29 @@ std::optional<Elements> gather_elements(const Visibility& visibility, const Solu
 std::optional<Elements> gather_members(const Visibility& visibility, const Solution& solution,
                                        const ElementGather& gather) {
   const PatchMesh& mesh = visibility.mesh();
-  // Rays in proportion to √A, which gives the least Σ A σ² for their number, in steps of 32 k².
-  constexpr Index kSteps = 8;
-  std::array<std::vector<Index>, kSteps + 1> by_step;
+  std::vector<Index> lit;
+  std::vector<Sensor> sensors;
   double area = 0;
-  Index count = 0;
-  const auto is_member = [&](Index i) {
-    return !visibility.covered(i) && mesh.members(mesh.cluster(i)).size() > 1;
-  };
-  for (Index i = 0; i < mesh.patch_count(); ++i)
-    if (is_member(i)) {
-      area += mesh.area(i);
-      ++count;
-    }
-  const auto rays = [&](double a) { return gather.samples * std::sqrt(a * count / area); };
-  for (Index i = 0; i < mesh.patch_count(); ++i)
-    if (is_member(i))
-      by_step[std::clamp(static_cast<Index>(std::lround(std::sqrt(rays(mesh.area(i)) / 32))), Index{1},
-                         kSteps)]
-          .push_back(i);
-
+  for (Index i = 0; i < mesh.patch_count(); ++i) {
+    if (visibility.covered(i) || mesh.members(mesh.cluster(i)).size() == 1) continue;
+    lit.push_back(i);
+    sensors.push_back({mesh.centroid(i), mesh.normal(i)});
+    area += mesh.area(i);
+  }
+  // Rays in proportion to √A, which gives the least Σ A σ² for their number.
+  constexpr double kLeast = 32, kMost = 2048;
+  std::vector<Index> samples;
+  for (const Index i : lit)
+    samples.push_back(static_cast<Index>(std::clamp(
+        gather.samples * std::sqrt(mesh.area(i) * static_cast<double>(lit.size()) / area), kLeast, kMost)));
   BandArray irradiance = solution.irradiance;
   BandArray standard_error = BandArray::Zero(irradiance.rows(), irradiance.cols());
-  Index done = 0;
-  for (Index step = 1; step <= kSteps; ++step) {
-    const std::vector<Index>& lit = by_step[step];
-    std::vector<Sensor> sensors;
-    for (const Index i : lit) sensors.push_back({mesh.centroid(i), mesh.normal(i)});
-    const double before = static_cast<double>(done) / std::max<Index>(count, 1);
-    const double share = static_cast<double>(lit.size()) / std::max<Index>(count, 1);
-    const ProbeResult gathered = probe(
-        visibility, solution.radiosity, solution.vertex_radiosity, sensors,
-        {.samples = 32 * step * step, .seed = gather.seed, .patch = lit, .progress = [&](double fraction) {
-           return !gather.progress || gather.progress(before + fraction * share);
-         }});
-    if (!gathered.completed) return std::nullopt;
-    irradiance(lit, Eigen::all) = gathered.irradiance.max(0);  // no light is negative, whatever its noise
-    standard_error(lit, Eigen::all) = gathered.standard_error;
-    done += static_cast<Index>(lit.size());
-  }
+  const ProbeResult gathered =
+      probe(visibility, solution.radiosity, solution.vertex_radiosity, sensors,
+            {.samples_of = samples, .seed = gather.seed, .patch = lit, .progress = gather.progress});
+  if (!gathered.completed) return std::nullopt;
+  irradiance(lit, Eigen::all) = gathered.irradiance.max(0);  // no light is negative, whatever its noise
+  standard_error(lit, Eigen::all) = gathered.standard_error;
   for (Index c = 0; c < mesh.cluster_count(); ++c) {
     const auto members = mesh.members(c);
     if (members.size() == 1) continue;

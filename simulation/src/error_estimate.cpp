@@ -67,7 +67,7 @@ Cheaper cheaper(const FormFactorMethod& method) {
   // another turn of the same cube would not show that it stands at the centre.
   const bool cells = out.options.has_resolution();
   out.options.samples =
-      cells ? (samples >= 4 ? samples / 4 : 4 * samples) : std::max<Index>(16, samples / 16);
+      cells ? (samples >= 4 ? samples / 4 : 4 * samples) : std::max<Index>(64, samples / 16);
   out.divisor = std::sqrt(1 + static_cast<double>(samples) / static_cast<double>(out.options.samples));
   return out;
 }
@@ -284,6 +284,7 @@ ErrorEstimate estimate(const SolvedProblem& problem, std::unique_ptr<const FormF
     const Eigen::ArrayXd wrong = unreliable_square(problem, out.notes);
     const Eigen::ArrayXd all = noise->relative_square + wrong + problem.unrestored * problem.unrestored;
     out.form_factors = std::sqrt(all.maxCoeff());
+    out.near = std::sqrt(wrong.maxCoeff());
     square += all;
     out.per_patch += noise->per_patch.square();
   }

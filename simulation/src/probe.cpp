@@ -46,9 +46,16 @@ void check(const PatchMesh& mesh, const BandArray& radiosity, const BandArray& v
     throw InputError(fmt::format("{} sensors of an earlier run in {} bands do not fit {} sensors in {} bands",
                                  options.partial->irradiance.rows(), options.partial->irradiance.cols(),
                                  sensors.size(), radiosity.cols()));
+  if (!options.samples_of.empty() && options.samples_of.size() != sensors.size())
+    throw InputError(
+        fmt::format("{} numbers of samples for {} sensors", options.samples_of.size(), sensors.size()));
   constexpr Index kMost = 1 << 20;
-  if (options.samples < 1 || options.samples > kMost)
-    throw InputError(fmt::format("{} samples per sensor: not a number from 1 to {}", options.samples, kMost));
+  const auto check_samples = [&](Index samples) {
+    if (samples < 1 || samples > kMost)
+      throw InputError(fmt::format("{} samples per sensor: not a number from 1 to {}", samples, kMost));
+  };
+  check_samples(options.samples);
+  for (const Index samples : options.samples_of) check_samples(samples);
 }
 
 /// B(y) inside patches: see probe().
@@ -124,7 +131,7 @@ ProbeResult gather(const Visibility& visibility, const BandArray& radiosity,
       m.outlook = factors.outlook(m.patch);
     }
     factors.view(sensor.position, sensor.normal.stableNormalized(), static_cast<std::uint64_t>(s), m.view,
-                 m.outlook ? &*m.outlook : nullptr);
+                 m.outlook ? &*m.outlook : nullptr, options.samples_of.empty() ? 0 : options.samples_of[s]);
     m.sum.setZero(bands);
     m.variance.setZero(bands);
     for (std::size_t k = 0; k < m.view.rays.size(); k += 2) {
@@ -144,7 +151,7 @@ ProbeResult gather(const Visibility& visibility, const BandArray& radiosity,
       m.sum += m.pair;
       m.variance += m.difference.square();
     }
-    const double share = 1.0 / result.samples;
+    const double share = 1.0 / static_cast<double>(m.view.rays.size());
     m.sum *= share;
     m.variance *= share * share;
     for (const auto& single : m.view.singles) {

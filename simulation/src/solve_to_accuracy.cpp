@@ -22,7 +22,7 @@ struct OtherPilot {
   std::string_view method;
   double least_s;
 };
-constexpr std::array kOtherPilots{OtherPilot{"hemisphere", 0.5}, OtherPilot{"analytic", 10}};
+constexpr std::array kOtherPilots{OtherPilot{"hemisphere", 1}, OtherPilot{"analytic", 10}};
 constexpr Index kManyPatches = 10 * kPilotPatches;  // beyond which no pilot is a small solve
 constexpr int kMostRounds = 8;
 constexpr double kMostPatches = std::numeric_limits<Index>::max();
@@ -154,7 +154,7 @@ class Rounds {
   // What a gather in the end adds leaves less.
   double goal() const {
     const bool gather = gathers_in_the_end(settings_, best_ && best_->patches.mesh.clustered());
-    constexpr double kWithGather = 0.85;  // the noise may be √(1 − 0.85²) = 0.53 of the goal
+    constexpr double kWithGather = 0.95;  // the noise may be √(1 − 0.95²) = 0.31 of the goal
     return (gather ? kWithGather : 1) * report_.goal;
   }
 

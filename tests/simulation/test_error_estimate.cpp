@@ -154,10 +154,12 @@ TEST(ErrorEstimate, CountsWhatNearlyTouchesOthersAsWrong) {
   room.box(Vec3::Zero(), Vec3::Ones(), 10, Facing::inward);
   room.grid(Vec3(0.25, 0.25, 1.7e-6 * std::sqrt(3.0)), Vec3(0, 0.6, 0), Vec3(0.6, 0, 0), 6, 6);
   const ErrorEstimate wrong =
-      run(scene_of(room.build()), KeepFaces{}, "hemisphere", {.samples = 64}).estimate;
+      run(scene_of(room.build()), KeepFaces{}, "hemicube", {.samples = 4, .resolution = 8}).estimate;
   // A quarter or a half of each: of 600 patches alike, √(20 · ¼ + 4 · 1/16) / √600 = 9 % and more.
   ASSERT_TRUE(wrong.form_factors);
   EXPECT_GT(*wrong.form_factors, 0.08);
+  EXPECT_GT(wrong.near, 0.08);
+  EXPECT_LE(wrong.near, *wrong.form_factors);
   EXPECT_THAT(wrong.notes, ::testing::Contains(::testing::HasSubstr("nearly touches others of 24 patches")));
 }
 

@@ -83,6 +83,9 @@ class FormFactorMethod {
   /// The share of the hemisphere that one ray or one cell answers for at most; absent where the method looks at pairs.
   virtual std::optional<double> direction_share() const { return std::nullopt; }
 
+  /// What lies too near to other patches counts as escaped, instead of passing through them.
+  virtual bool leaves_out_faced() const { return false; }
+
   /// Rays cast so far.
   virtual std::uint64_t rays() const { return 0; }
 

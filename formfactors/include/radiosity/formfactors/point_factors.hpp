@@ -58,9 +58,9 @@ class PointFactors {
   /// away: exact. Where the scene has too many walls, or more than a few stand between, the formula for the whole patch less what
   /// stratified shadow rays find hidden: unbiased, with the variance that pairs of rays in one stratum tell.
   /// The stream of random numbers depends on the seed and `stream`. With the outlook of the patch that x lies on, the same at less
-  /// cost.
-  void view(const Vec3& x, const Vec3& n, std::uint64_t stream, View& view,
-            const Outlook* outlook = nullptr) const;
+  /// cost. `rays`: in place of the constructor's, rounded up likewise; 0: those.
+  void view(const Vec3& x, const Vec3& n, std::uint64_t stream, View& view, const Outlook* outlook = nullptr,
+            Index rays = 0) const;
 
   /// Nothing where the patch is not convex, or the scene has too many walls. Pays where several points of a patch are asked of.
   std::optional<Outlook> outlook(Index patch) const;

@@ -39,6 +39,9 @@ class Visibility {
   /// 0 and −1 where no room is round the scene. In open scenes, where such numbers are not whole before most patches, none counts as
   /// covered.
   bool covered(Index patch) const { return covered_[patch] != 0; }
+  /// Whether something that faces the patch lies within 4 kSamePlane of it at this point of it, in scaled coordinates: too near for
+  /// rays, and what no light to speak of gets to.
+  bool faced(Index patch, const Eigen::Vector3f& x) const;
 
   static constexpr Index kNothing = -1;  ///< the ray leaves the scene
   static constexpr Index kBack = -2;     ///< the ray ends on the back of a patch

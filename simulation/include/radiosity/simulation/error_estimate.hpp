@@ -18,6 +18,7 @@ struct ErrorEstimate {
   std::optional<double>
       form_factors;               ///< noise and visibility of F, and what could not be restored of its rows
   std::optional<double> patches;  ///< B is constant on each patch; absent where no larger patches tell
+  double near = 0;                ///< of `form_factors`: what nearly touches others, which no samples mend
   double solver = 0;              ///< what the residual leaves
   std::optional<double> gather;   ///< noise of the elements; absent where light is told of the patches
   double known = 0;  ///< √(sum of squares) of what is known of the parts: a lower bound where not all is

@@ -24,8 +24,9 @@ struct PartialProbe {
 };
 
 struct ProbeOptions {
-  Index samples = 1152;    ///< rays per sensor, rounded up to 32 k²
-  std::uint64_t seed = 1;  ///< of the random numbers, one stream per sensor
+  Index samples = 1152;                    ///< rays per sensor, rounded up to 32 k²
+  std::span<const Index> samples_of = {};  ///< each sensor, in place of `samples`, where it is not empty
+  std::uint64_t seed = 1;                  ///< of the random numbers, one stream per sensor
   std::span<const Index> patch =
       {};  ///< of each sensor, the one that it lies on; empty where that is not known, which costs more
   Progress progress = {};
