@@ -26,9 +26,9 @@ namespace {
 using namespace radiosity;
 
 /// √(Σ (ρ H − ρ Ĥ)² / Σ (ρ Ĥ)²) over cells that are chosen by area, Ĥ the mean over a cell by path tracing from random points of it,
-/// and the noise of Ĥ in the same measure, from two halves of the points. The noise is taken out of the error.
+/// less the noise of Ĥ in the same measure, from the spread of the points; and the standard error of that, from the spread of the cells.
 struct Truth {
-  double error = 0, noise = 0;
+  double error = 0, standard_error = 0;
 };
 
 /// The cells are the clusters of the mesh. `irradiance` has a row for each of its patches.
@@ -80,7 +80,10 @@ Truth truth(const PatchMesh& patches, const PatchMesh& mesh, const BandArray& ir
     variance[k] = std::pow(reflectance[k], 2) * (own - mean).square().sum() / (kPoints * (kPoints - 1));
   }
   const double light = reference.square().sum();
-  return {std::sqrt(std::max(0.0, square.sum() - variance.sum()) / light), std::sqrt(variance.sum() / light)};
+  const Eigen::ArrayXd excess = square - variance;
+  const double of_square = std::sqrt((excess - excess.mean()).square().sum()) / light;
+  const double error = std::sqrt(std::max(0.0, excess.sum()) / light);
+  return {error, of_square / (2 * std::max(error, std::sqrt(of_square)))};
 }
 
 }  // namespace
@@ -154,7 +157,7 @@ int main(int argc, char** argv) {
         s.error, s.elements, write_seconds, all_seconds, memory / 1e9, bytes / 1e6,
         solved.elements ? 100 * solved.elements->noise() : 0,
         solved.error && solved.error->total ? fmt::format("{:.2f}", 100 * *solved.error->total) : "unknown",
-        100 * t.error, 100 * t.noise);
+        100 * t.error, 100 * t.standard_error);
     std::fflush(stdout);
   }
   return 0;

@@ -21,7 +21,8 @@ namespace {
 constexpr double kFewAnswers = 32;  // rays or cells: errors of 1/√32 = 18 %
 
 constexpr double kMostPairs = 5e7;
-constexpr double kMostByRays = 2e6;  // of patches that are no lamps, where shadow rays tell what is seen
+constexpr double kMostByRays =
+    2e6;  // of patches that are no lamps, where shadow rays tell what is seen; of many lamps
 
 std::size_t most_of_a_kind(const PatchMesh& mesh) {
   return static_cast<std::size_t>(std::max(32, mesh.cluster_count() / 20));
@@ -39,12 +40,16 @@ bool too_many(const PatchMesh& mesh, std::span<const Index> clusters, double mos
   return clusters.size() > most_of_a_kind(mesh) ||
          too_many_pairs(mesh, members_of(mesh, clusters), most_pairs);
 }
-// Of lamps those pairs count that are not known to be hidden from each other.
+// Of lamps those pairs count that are not known to be hidden from each other. Where a large share of the patches shines directions find
+// it, and pairs pay only while they are few.
 bool too_many_lamps(const Visibility& visibility, std::span<const Index> lamps) {
   const PatchMesh& mesh = visibility.mesh();
-  constexpr Index kFewer = 4;  // where a larger share of the patches shines, directions find it
-  if (lamps.size() > static_cast<std::size_t>(std::max(32, mesh.cluster_count() / kFewer))) return true;
   const std::vector<Index> members = members_of(mesh, lamps);
+  constexpr Index kSomeOf = 4;
+  const std::size_t most = too_many_pairs(mesh, members, kMostByRays)
+                               ? most_of_a_kind(mesh)
+                               : static_cast<std::size_t>(std::max(32, mesh.cluster_count() / kSomeOf));
+  if (lamps.size() > most) return true;
   return too_many_pairs(mesh, members, kMostPairs) &&
          PairFactors(visibility, kPairwiseSamples, 1, kFactorTolerance, members).near_pairs(members) >
              kMostPairs;

@@ -29,7 +29,7 @@ struct PairwisePatches {
 /// - Lamps: what few samples find of a small lamp is noise, and everybody's light depends on it.
 /// - Patches that lie nearly against others: rays and cells pass through what lies in the plane that they start from.
 /// - Patches that hardly any ray or cell finds something from: a thin or distant object is missed or found too large.
-/// Clusters are taken whole. Each kind only while it is at most one cluster in 20 (lamps: in 4), or 32, and 5·10⁷ pairs of patches (lamps:
+/// Clusters are taken whole. Each kind only while it is at most one cluster in 20 (lamps: in 4 up to 2·10⁶ pairs), or 32, and 5·10⁷ pairs of patches (lamps:
 /// of those that are not hidden from each other in whole groups): half a minute and 400 MB. Where there are so many polygons that
 /// shadow rays tell what is seen, it is 2·10⁶ but for lamps.
 PairwisePatches pairwise_patches(const FormFactorMethod& method, const Visibility& visibility,

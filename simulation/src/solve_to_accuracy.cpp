@@ -149,18 +149,21 @@ class Rounds {
   // An error of which a part is not known is worse than any that is.
   static std::pair<bool, double> worth(const ErrorEstimate& error) { return {!error.total, error.known}; }
 
-  bool reached() const { return best_ && best_->error && worth(*best_->error) <= std::pair{false, goal()}; }
+  bool reached() const {
+    constexpr double kWithGather = 0.96;
+    return best_ && best_->error && worth(*best_->error) <= std::pair{false, left_by_gather(kWithGather)};
+  }
 
-  // What a gather in the end adds leaves less.
-  double goal() const {
+  // A gather in the end adds noise, of up to √(1 − share²) of the goal: 0.3.
+  double left_by_gather(double share) const {
     const bool gather = gathers_in_the_end(settings_, best_ && best_->patches.mesh.clustered());
-    constexpr double kWithGather = 0.95;  // the noise may be √(1 − 0.95²) = 0.31 of the goal
-    return (gather ? kWithGather : 1) * report_.goal;
+    return (gather ? share : 1) * report_.goal;
   }
 
   AccuracyGoal limits() const {
     AccuracyGoal goal;
-    goal.error = this->goal();
+    constexpr double kWithGather = 0.95;  // lower than what is reached, as the last step costs most
+    goal.error = left_by_gather(kWithGather);
     goal.seconds = task_.watch.left();
     const auto most = static_cast<double>(memory_limit(options_.memory_limit_bytes));
     goal.bytes = std::max<std::size_t>(1, static_cast<std::size_t>(kMemoryInUse * most));

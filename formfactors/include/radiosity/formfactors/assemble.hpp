@@ -92,8 +92,8 @@ std::vector<Index> clusters_apart(const Visibility& visibility);
 /// number of threads.
 ///
 /// Where the method samples directions, patches that emit get factors pair by pair, as by the analytic method:
-/// what few samples find of a small lamp is noise. Only while they are few: at most one patch in 4, and at
-/// most 5·10⁷ pairs that may see each other; where they are more and so small that the samples do not tell them, a warning says so.
+/// what few samples find of a small lamp is noise. Only while they are few: at most one patch in 20 (in 4 up to
+/// 2·10⁶ pairs), and at most 5·10⁷ pairs that may see each other; where they are more and so small that the samples do not tell them, a warning says so.
 ///
 /// Then, unless the method is exact or `close` is off, the two estimates of each A_i F_ij are averaged by
 /// inverse variance and scaled,
