@@ -8,10 +8,12 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <map>
 #include <numbers>
 #include <numeric>
 
 #include "radiosity/meshing/tolerances.hpp"
+#include "winding_number.hpp"
 
 namespace radiosity {
 namespace {
@@ -133,15 +135,20 @@ Occluders::Occluders(const PatchMesh& mesh, const std::vector<Facet>& facets,
     polygons_.resize(kHiders);
     words_ = (kHiders + 63) / 64;
   }
+  if (complete_) find_solids();
   for (std::size_t k = 0; k < rows.size(); ++k) row_[rows[k]] = static_cast<Index>(k);
   clear(patch_sides_, rows.size());
+  patch_sides_.left.assign(patch_sides_.back.size(), 0);
   clear(group_sides_, groups.size());
   tbb::parallel_for(std::size_t{0}, groups.size(), [&](std::size_t g) {
     const PatchGroup& group = groups[g];
     const std::size_t other_side = facets[group.facet].back;
     mark(group_sides_, g, group.corners, group.normal, group.offset, group.facet, other_side);
-    for (const Index i : group.patches)
-      if (row_[i] >= 0) mark(patch_sides_, row_[i], mesh, i, origin, group.facet, other_side);
+    for (const Index i : group.patches) {
+      if (row_[i] < 0) continue;
+      mark(patch_sides_, row_[i], mesh, i, origin, group.facet, other_side);
+      mark_left(row_[i], facets);
+    }
   });
 }
 
@@ -172,7 +179,7 @@ bool Occluders::take(const std::vector<Facet>& facets, const Vec3& origin, std::
       polygons_.push_back(std::move(polygon));
     }
     words_ = (polygons_.size() + 63) / 64;
-    if (polygons_.size() > most || 3 * sizeof(std::uint64_t) * words_ * patches > kMostBytes) return false;
+    if (polygons_.size() > most || 4 * sizeof(std::uint64_t) * words_ * patches > kMostBytes) return false;
   }
   std::ranges::stable_sort(polygons_, std::greater{}, [](const Convex& polygon) {
     Vec3 sum = Vec3::Zero();
@@ -185,6 +192,75 @@ bool Occluders::take(const std::vector<Facet>& facets, const Vec3& origin, std::
 
 void Occluders::clear(Sides& sides, std::size_t count) const {
   for (auto* mask : {&sides.front, &sides.back, &sides.facing}) mask->assign(count * words_, 0);
+}
+
+// From a polygon to those that share a corner while all corners are behind or on all planes. What is on the surface of the hull is
+// the whole of it when it fills the sphere seen from within.
+void Occluders::find_solids() {
+  std::map<std::array<double, 3>, std::vector<std::size_t>> at;  // a corner
+  const auto key = [](const Vec3& c) { return std::array{c.x(), c.y(), c.z()}; };
+  for (std::size_t o = 0; o < polygons_.size(); ++o)
+    for (const Vec3& c : polygons_[o].corners) at[key(c)].push_back(o);
+  const auto behind = [&](const Convex& a, const Convex& b) {
+    return std::all_of(a.corners.begin(), a.corners.end(),
+                       [&](const Vec3& c) { return b.normal.dot(c) - b.offset <= slack_; });
+  };
+  std::vector<bool> seen(polygons_.size(), false);
+  for (std::size_t start = 0; start < polygons_.size(); ++start) {
+    if (seen[start]) continue;
+    std::vector<std::size_t> members{start};
+    seen[start] = true;
+    for (std::size_t next = 0; next < members.size(); ++next)
+      for (const Vec3& c : polygons_[members[next]].corners)
+        for (const std::size_t o : at[key(c)]) {
+          if (seen[o] || !std::all_of(members.begin(), members.end(), [&](std::size_t m) {
+                return behind(polygons_[o], polygons_[m]) && behind(polygons_[m], polygons_[o]);
+              }))
+            continue;
+          members.push_back(o);
+          seen[o] = true;
+        }
+    Vec3 middle = Vec3::Zero();
+    double corners = 0;
+    for (const std::size_t o : members)
+      for (const Vec3& c : polygons_[o].corners) {
+        middle += c;
+        ++corners;
+      }
+    middle /= corners;
+    if (std::any_of(members.begin(), members.end(), [&](std::size_t o) {
+          return polygons_[o].normal.dot(middle) - polygons_[o].offset >= -slack_;
+        }))
+      continue;  // flat
+    double angle = 0;
+    for (const std::size_t o : members) {
+      const auto& c = polygons_[o].corners;
+      for (std::size_t k = 1; k + 1 < c.size(); ++k) angle += solid_angle({c[0], c[k], c[k + 1]}, middle);
+    }
+    if (std::abs(std::abs(angle) / (4 * std::numbers::pi) - 1) > tolerance::kNoEscape) continue;
+    for (const std::size_t o : members) polygons_[o].solid = solids_.size();
+    solids_.push_back(std::move(members));
+  }
+}
+
+// The patch is behind the polygon, and outside of its solid (in the plane of a side it may look into it); or the polygon is one side of
+// a sheet.
+void Occluders::mark_left(std::size_t row, const std::vector<Facet>& facets) {
+  const std::size_t first = row * words_;
+  const auto bit = [&](const std::vector<std::uint64_t>& mask, std::size_t o) {
+    return (mask[first + o / 64] >> (o % 64) & 1) != 0;
+  };
+  std::vector<bool> outside;
+  for (const auto& members : solids_)
+    outside.push_back(std::any_of(members.begin(), members.end(), [&](std::size_t o) {
+      return bit(patch_sides_.front, o) && !bit(patch_sides_.back, o);
+    }));
+  for (std::size_t o = 0; o < polygons_.size(); ++o) {
+    const Convex& polygon = polygons_[o];
+    const bool left = bit(patch_sides_.back, o) && ((polygon.solid != kNoSolid && outside[polygon.solid]) ||
+                                                    facets[polygon.facet].back != Facet::kNoBack);
+    patch_sides_.left[first + o / 64] |= static_cast<std::uint64_t>(left) << (o % 64);
+  }
 }
 
 double Occluders::angle_of(const Convex& polygon, const Vec3& direction) {
@@ -311,9 +387,8 @@ void Occluders::make_shaft(std::span<const Vec3> p, std::span<const Vec3> q, Scr
       const Vec3 e = a[k + 1 == a.size() ? 0 : k + 1] - e0;
       for (const Vec3& c : b) {
         const Vec3 normal = e.cross(c - e0);
-        const double length = normal.norm();
-        const double slack = slack_ * length;
-        if (length <= slack_ * e.norm()) continue;
+        // At least the length, at most √3 times that, and no root: most planes split one of the two.
+        const double slack = slack_ * normal.lpNorm<1>();
         double low = 0;
         double high = 0;
         const auto splits = [&](const Vec3& v) {
@@ -324,6 +399,8 @@ void Occluders::make_shaft(std::span<const Vec3> p, std::span<const Vec3> q, Scr
         };
         // The other polygon first: mostly it is the one that a plane splits.
         if (std::any_of(b.begin(), b.end(), splits) || std::any_of(a.begin(), a.end(), splits)) continue;
+        const double length = normal.norm();
+        if (length <= slack_ * e.norm()) continue;
         const double outward = (high <= slack ? 1 : -1) / length;
         scratch.shaft.push_back({outward * normal, outward * normal.dot(e0)});
       }
@@ -406,7 +483,7 @@ Occluders::View Occluders::classify(Index i, std::span<const Vec3> p, Index j, s
         !bit(patch_sides_.facing, second) || !box.intersects(polygons_[o].box))
       continue;
     if (hides(polygons_[o], p, q)) return View::hidden;
-    scratch.candidates.push_back(o);
+    if (row_[i] < 0 || !bit(patch_sides_.left, row_[i])) scratch.candidates.push_back(o);
   }
   return narrow(p, q, scratch);
 }
@@ -417,6 +494,23 @@ Occluders::View Occluders::narrow(std::span<const Vec3> p, std::span<const Vec3>
   std::erase_if(scratch.candidates, [&](int o) { return !in_shaft(polygons_[o], scratch); });
   if (scratch.candidates.empty()) return View::free;
   return scratch.candidates.size() > kMostShadows ? View::crowded : View::partial;
+}
+
+Occluders::ShadowGroup Occluders::shadow_group(Index i, int polygon) const {
+  const Convex& p = polygons_[static_cast<std::size_t>(polygon)];
+  const auto in_front = [&](std::size_t o) {
+    const std::size_t word = static_cast<std::size_t>(row_[i]) * words_ + o / 64;
+    return ((patch_sides_.front[word] & ~patch_sides_.back[word]) >> (o % 64) & 1) != 0;
+  };
+  if (row_[i] >= 0 && p.solid != kNoSolid &&
+      std::any_of(solids_[p.solid].begin(), solids_[p.solid].end(), in_front))
+    return {p.solid, true};
+  return {solids_.size() + p.facet, false};
+}
+
+void Occluders::clip_to_shaft(std::vector<Vec3>& polygon, Scratch& scratch) {
+  for (const Scratch::Plane& plane : scratch.shaft)
+    keep_below(polygon, plane.normal, plane.offset, scratch.inside);
 }
 
 void Occluders::look_from(const Vec3& x, const Vec3& n, Scratch& scratch) const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -39,6 +40,8 @@ class Occluders {
     std::vector<std::uint64_t> front;   ///< the polygon has all of it on its front side
     std::vector<std::uint64_t> back;    ///< … on its back side
     std::vector<std::uint64_t> facing;  ///< something of the polygon is in front of it
+    std::vector<std::uint64_t>
+        left;  ///< of patches: where lines of sight leave by it what they have entered by another polygon
   };
 
   /// Memory for one thread's questions.
@@ -63,8 +66,24 @@ class Occluders {
 
   /// Proves that nothing of scratch.near stands between p (part of patch i) and q (part of patch j), or that one polygon
   /// hides them from each other; where neither can be proved, leaves the polygons concerned in scratch.candidates.
-  /// Crowded: so many polygons may stand between them that rays are cheaper. p and q are convex. One of i and j is of the rows.
+  /// Crowded: so many polygons may stand between them that rays are cheaper. p and q are convex. One of i and j is of the rows. Of what
+  /// i sees only the backs of, behind fronts, nothing is left.
   View classify(Index i, std::span<const Vec3> p, Index j, std::span<const Vec3> q, Scratch& scratch) const;
+
+  /// Polygons whose shadows from a point of patch i do not overlap: pieces of a facet, or those sides of a solid that the patch is
+  /// outside of of which the point sees the fronts; they hide all that the solid hides.
+  struct ShadowGroup {
+    std::size_t number;
+    bool fronts_only;
+  };
+  ShadowGroup shadow_group(Index i, int polygon) const;
+  /// Of scratch.candidates.
+  std::span<const Vec3> corners(int polygon) const {
+    return polygons_[static_cast<std::size_t>(polygon)].corners;
+  }
+  const Vec3& normal(int polygon) const { return polygons_[static_cast<std::size_t>(polygon)].normal; }
+  /// Leaves of a polygon what is in the shaft of `classify`.
+  static void clip_to_shaft(std::vector<Vec3>& polygon, Scratch& scratch);
 
   /// Leaves in scratch.near what may stand between a point x with normal n and any patch: what has x on one side and reaches
   /// above its horizon.
@@ -100,9 +119,11 @@ class Occluders {
     Vec3 middle = Vec3::Zero(), u = Vec3::Zero(), v = Vec3::Zero();
     double inner_radius = 0;  ///< of a circle about the middle within it
     std::vector<double> directions =
-        {};                      ///< angles of the edges, likewise; empty where they do not all turn left
-    double first_direction = 0;  ///< of the first edge, relative to u
+        {};                        ///< angles of the edges, likewise; empty where they do not all turn left
+    double first_direction = 0;    ///< of the first edge, relative to u
+    std::size_t solid = kNoSolid;  ///< of a closed convex surface, all of whose polygons face outwards
   };
+  static constexpr std::size_t kNoSolid = std::numeric_limits<std::size_t>::max();
   /// Edges `first`, first + 1, …, modulo the number of corners.
   struct Edges {
     std::size_t first, count;
@@ -117,6 +138,8 @@ class Occluders {
   // Takes the polygons of the facets; false where they are more than `most`, or masks for so many patches would take too much memory.
   bool take(const std::vector<Facet>& facets, const Vec3& origin, std::size_t patches, std::size_t most);
   void clear(Sides& sides, std::size_t count) const;
+  void find_solids();
+  void mark_left(std::size_t row, const std::vector<Facet>& facets);
 
   // `facet` is that of the marked one, `other_side` the facet that is its back: neither ever hides anything from it.
   void mark(Sides& sides, std::size_t i, std::span<const Vec3> corners, const Vec3& normal, double offset,
@@ -146,7 +169,8 @@ class Occluders {
 
   double slack_;
   bool usable_ = false, complete_ = true;
-  std::vector<Convex> polygons_;  // the largest first
+  std::vector<Convex> polygons_;                  // the largest first
+  std::vector<std::vector<std::size_t>> solids_;  // their polygons
   std::size_t words_ = 0;
   std::span<const PatchGroup> groups_;
   std::vector<Index> row_;  // per patch: its place in patch_sides_, or −1

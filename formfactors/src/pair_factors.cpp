@@ -213,7 +213,9 @@ double PairFactors::near_area(Index i, Index j) const {
 }
 
 double PairFactors::mutual_area(Index i, Index j, double area, PairCounts& counts) const {
+  // Of patches of one size the first, whatever rounding says.
   if (j < i) std::swap(i, j);
+  if (polygons_[j].area < polygons_[i].area * (1 - tolerance::kSameArea)) std::swap(i, j);
   const Polygon& p = polygons_[i];
   const Polygon& q = polygons_[j];
   const Vec3 r = q.centroid - p.centroid;
@@ -252,7 +254,7 @@ double PairFactors::mutual_area(Index i, Index j, double area, PairCounts& count
     case Occluders::View::partial: {
       ++counts.partial;
       const double whole = unoccluded();
-      return visible_by_shadows(p_seen, q_seen, whole) * whole;
+      return visible_by_shadows(i, p_seen, q_seen, whole) * whole;
     }
     case Occluders::View::crowded:
       break;
@@ -272,22 +274,81 @@ PairCounts PairFactors::counts() const {
   return counts_;
 }
 
-double PairFactors::visible_by_shadows(const Polygon& p, const Polygon& q, double mutual) const {
-  // Of patches of one size the first, whatever rounding says.
-  const bool from_q = q.area < p.area * (1 - tolerance::kSameArea);
-  const Polygon& from = from_q ? q : p;
-  const Polygon& to = from_q ? p : q;
+double PairFactors::visible_by_shadows(Index i, const Polygon& from, const Polygon& to, double mutual) const {
   constexpr std::size_t kFew = 256;
   const double share = mutual / from.area * static_cast<double>(std::max(kFew, polygons_.size()));
   const double side = std::sqrt(samples_) * std::clamp(std::cbrt(share), 0.0, 4.0);
+  const int points = std::max(1, static_cast<int>(std::lround(side)));
+  if (const std::optional<double> visible = visible_by_areas(i, from, to, points)) return *visible;
   double seen = 0;
   double all = 0;
-  for_each_point(from, std::max(1, static_cast<int>(std::lround(side))), [&](const Vec3& x, double weight) {
+  for_each_point(from, points, [&](const Vec3& x, double weight) {
     const double factor = point_factor(x, from.normal, to.corners);
     all += weight * factor;
     seen += weight * occluders_->visible_point_factor(x, from.normal, to.corners, factor, scratch);
   });
   return all > 0 ? std::clamp(seen / all, 0.0, 1.0) : 0;
+}
+
+std::optional<double> PairFactors::visible_by_areas(Index i, const Polygon& from, const Polygon& to,
+                                                    int points) const {
+  if (scratch.candidates.size() > ShadowShare::kMost ||
+      (to.centroid - from.centroid).norm() < tolerance::kShadowShare * to.radius + from.radius)
+    return std::nullopt;
+  const auto height = [&](const Vec3& x) { return to.normal.dot(x - to.centroid); };
+  double least = std::numeric_limits<double>::infinity();
+  for (const Vec3& c : from.corners) least = std::min(least, height(c));
+  thread_local std::vector<std::vector<Vec3>> parts;
+  parts.resize(scratch.candidates.size());
+  std::size_t corners = 0;
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    std::vector<Vec3>& part = parts[k];
+    part = polygon::clip(occluders_->corners(scratch.candidates[k]), to.normal, to.centroid);
+    part = polygon::clip(part, from.normal, from.centroid);
+    // Whatever is higher over `to` than a point has no shadow from there; between them, that is rarer.
+    const auto too_high = [&] {
+      return std::any_of(part.begin(), part.end(), [&](const Vec3& c) { return height(c) > 0.999 * least; });
+    };
+    if (too_high()) Occluders::clip_to_shaft(part, scratch);
+    if (part.size() < 3) continue;
+    corners += part.size();
+    constexpr std::size_t kManyCorners = 16;
+    if (corners > kManyCorners) return std::nullopt;
+  }
+  thread_local ShadowShare::Points at;
+  at.clear();
+  for_each_point(from, points, [&](const Vec3& x, double weight) { at.add(x, weight); });
+  at.fill();
+  const auto add = [&](std::span<const Vec3> piece) {
+    ShadowShare shadows(piece, to.normal);
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      const int o = scratch.candidates[k];
+      const auto [group, fronts_only] = occluders_->shadow_group(i, o);
+      if (parts[k].size() >= 3) shadows.add(parts[k], group, fronts_only ? &occluders_->normal(o) : nullptr);
+    }
+    shadows.add_to(at, from.normal);
+  };
+  if (to.parallelogram) {
+    add(to.corners);
+  } else {
+    for (std::size_t k = 1; k + 1 < to.corners.size(); ++k)
+      add(std::array{to.corners[0], to.corners[k], to.corners[k + 1]});
+  }
+  double all = 0, seen = 0;
+  for (std::size_t k = 0; k < at.all.size(); ++k) {
+    const double weight = at.columns[3][k];
+    all += weight * at.all[k];
+    if (at.unsure[k] == 0 || weight == 0) {
+      seen += weight * at.seen[k];
+    } else {
+      const Vec3 x(at.columns[0][k], at.columns[1][k], at.columns[2][k]);
+      const double factor = point_factor(x, from.normal, to.corners);
+      if (factor > 0)
+        seen += weight * at.all[k] / factor *
+                occluders_->visible_point_factor(x, from.normal, to.corners, factor, scratch);
+    }
+  }
+  return seen > tolerance::kFactorRounding * all ? std::min(seen / all, 1.0) : 0;
 }
 
 }  // namespace radiosity

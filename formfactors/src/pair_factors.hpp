@@ -13,6 +13,7 @@
 #include "occluders.hpp"
 #include "patch_columns.hpp"
 #include "radiosity/formfactors/form_factor_method.hpp"
+#include "shadow_share.hpp"
 
 namespace radiosity {
 
@@ -20,7 +21,8 @@ namespace radiosity {
 /// Elsewhere the polygons of the scene as they were before they were cut into patches are asked (Occluders): most pairs
 /// are proved to see all or nothing of each other. The others take the fraction
 ///   Σ_k w_k F(x_k → visible part of j) / Σ_k w_k F(x_k → j)
-/// over N points x_k of the smaller patch, each term exact. Its error goes like F/N, so the sum of squares over all pairs
+/// over N points x_k of the smaller patch, each term exact or, where patches are some radii apart and shadows do not overlap, by
+/// ShadowShare. Its error goes like F/N, so the sum of squares over all pairs
 /// is least for a given work where
 ///   N = samples · min(16, (n F)^(2/3)),   F the larger of F_ij and F_ji without occlusion, n the number of patches, at
 /// least 256.
@@ -90,7 +92,9 @@ class PairFactors {
   void add(const PairCounts& counts) const;
   Weights sight_lines(Index i, Index j, Index first, Index last) const;
   double visible_by_rays(Index i, Index j) const;
-  double visible_by_shadows(const Polygon& p, const Polygon& q, double mutual) const;
+  // Of patch i, the smaller one, as far as it is `from`.
+  std::optional<double> visible_by_areas(Index i, const Polygon& from, const Polygon& to, int points) const;
+  double visible_by_shadows(Index i, const Polygon& from, const Polygon& to, double mutual) const;
 
   const Visibility& visibility_;
   Index samples_, packets_;

@@ -137,11 +137,6 @@ RADIOSITY_CLONES void mutual_areas_of(const double* p, std::size_t points_p, con
     store(Pairs{p, data + block->start}.mutual_areas(points_p, block->points), areas);
 }
 
-bool is_parallelogram(const Polygon& p) {
-  const auto& c = p.corners;
-  return c.size() == 4 && (c[0] - c[1] + c[2] - c[3]).norm() <= tolerance::kParallel * p.radius;
-}
-
 // Principal axes of a polygon that is no parallelogram: ∫ (x − c)(x − c)ᵀ dA / A, summed over the triangles of a fan.
 std::array<Vec3, 2> principal_axes(const Polygon& p) {
   Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
@@ -189,8 +184,7 @@ PatchColumns::PatchColumns(const std::vector<Polygon>& polygons, const std::vect
         const auto set_vector = [&](std::size_t c, const Vec3& v) {
           for (Eigen::Index k = 0; k < 3; ++k) set(c + static_cast<std::size_t>(k), v[k]);
         };
-        const bool parallelogram = is_parallelogram(p);
-        const auto [u, v] = parallelogram
+        const auto [u, v] = p.parallelogram
                                 ? std::array<Vec3, 2>{(p.corners[1] - p.corners[0]) / std::sqrt(12.0),
                                                       (p.corners[3] - p.corners[0]) / std::sqrt(12.0)}
                                 : principal_axes(p);
@@ -201,9 +195,9 @@ PatchColumns::PatchColumns(const std::vector<Polygon>& polygons, const std::vect
         set_vector(kAxisV, v);
         set(kMomentU, u.squaredNorm());
         set(kMomentV, v.squaredNorm());
-        set(kFar, p.radius * (parallelogram ? far : far_odd));
-        set(kMiddle, parallelogram ? p.radius * middle : std::numeric_limits<double>::infinity());
-        set(kLeast, p.radius * (parallelogram ? least : least_odd));
+        set(kFar, p.radius * (p.parallelogram ? far : far_odd));
+        set(kMiddle, p.parallelogram ? p.radius * middle : std::numeric_limits<double>::infinity());
+        set(kLeast, p.radius * (p.parallelogram ? least : least_odd));
         std::size_t at = kColumns;
         for (const double a : {-1.0, 1.0})
           for (const double b : {-1.0, 1.0}) {

@@ -225,6 +225,8 @@ Polygon::Polygon(std::vector<Vec3> c, const Vec3& unit_normal) : corners(std::mo
   if (area > 0) centroid += moment / area;
   radius = 0;
   for (const Vec3& v : corners) radius = std::max(radius, (v - centroid).norm());
+  parallelogram = corners.size() == 4 &&
+                  (corners[0] - corners[1] + corners[2] - corners[3]).norm() <= tolerance::kParallel * radius;
   if (corners.size() == 4) rule = columns_of(tensor_nodes(corners, normal));
   if (rule.size == 0) rule = columns_of(fan_nodes(corners, normal));
   for (std::size_t k = 0; k < corners.size(); ++k) {

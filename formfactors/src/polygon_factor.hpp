@@ -17,6 +17,7 @@ struct Polygon {
   Vec3 normal;                ///< unit
   Vec3 centroid;
   double area;
+  bool parallelogram;
   double radius;  ///< of the sphere round the centroid that holds the corners
 
   struct Edge {

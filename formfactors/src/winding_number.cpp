@@ -18,14 +18,13 @@ Vec3 centroid(const std::array<Vec3, 3>& t) {
   return (t[0] + t[1] + t[2]) / 3;
 }
 
-/// tan Ω/2 = a·(b × c) / (|a||b||c| + (a·b)|c| + (b·c)|a| + (c·a)|b|)   for corners a, b, c seen from q.
+}  // namespace
+
 double solid_angle(const std::array<Vec3, 3>& t, const Vec3& q) {
   const Vec3 a = t[0] - q, b = t[1] - q, c = t[2] - q;
   const double la = a.norm(), lb = b.norm(), lc = c.norm();
   return 2 * std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
 }
-
-}  // namespace
 
 WindingNumber::WindingNumber(const std::vector<Facet>& facets) {
   for (const Facet& facet : facets)

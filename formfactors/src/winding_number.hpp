@@ -8,6 +8,9 @@
 
 namespace radiosity {
 
+/// tan Ω/2 = a·(b × c) / (|a||b||c| + (a·b)|c| + (b·c)|a| + (c·a)|b|)   for corners a, b, c seen from q [VanOosterom1983].
+double solid_angle(const std::array<Vec3, 3>& t, const Vec3& q);
+
 /// Winding numbers of points about polygons, w = Σ Ω / 4π, positive where a point sees fronts. A tree of the polygons'
 /// triangles sums what is far from a point by Taylor series of the dipole field,
 ///   w(q) = 1/4π ∫ n·G(q − x) dA,  G(v) = v / |v|³,

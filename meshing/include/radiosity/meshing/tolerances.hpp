@@ -105,6 +105,10 @@ inline constexpr double kMostlyClosed = 0.9;
 inline constexpr double kMoments = 0.25, kMomentsOdd = 0.1, kGauss = 0.05, kProduct = 0.0045,
                         kProductOdd = 0.026;
 
+/// Beyond kShadowShare radii of a patch from another one the kernel over it is biquadratic but for some 0.4 / kShadowShare³, which
+/// alternates in sign: less than what the points in partial shadow err by.
+inline constexpr double kShadowShare = 4;
+
 /// A row of sampled form factors whose sum would need a factor beyond this (or below its inverse) does not agree with the rows
 /// of the patches that it sees: sampling errors of row sums are some per cent.
 inline constexpr double kMostScaling = 1.5;
