@@ -93,7 +93,7 @@ struct Pairs {
     const OfQ nq = vector_of_q(kNormal), cq = vector_of_q(kCentroid);
     const OfQ r{{cq[0] - cp[0], cq[1] - cp[1], cq[2] - cp[2]}};
     const Lanes s = dot(r, r);
-    const auto beyond = [&](std::size_t column) {
+    const auto beyond = [&](std::size_t column) RADIOSITY_INLINED {
       const Lanes reach = of_p(column) + of_q(column);
       return greater(s, reach * reach);
     };

@@ -50,7 +50,7 @@ RADIOSITY_CLONES double part_of_edge_pair(const double* middle, const double* di
   const Lanes d2 = x0 * x0 + x1 * x1 + x2 * x2;
   const Lanes d = square_root(d2);
   const Lanes near = p * p + d2, far = w * w + d2;
-  const auto log_of = [](const Lanes& x) {
+  const auto log_of = [](const Lanes& x) RADIOSITY_INLINED {
     return natural_log(select(greater(x, Lanes{} + kSmallest), x, Lanes{} + 1));
   };
   const Lanes values = load(kGaussW.data()) * (w * log_of(far) / 2 + p * log_of(near) / 2 - length +

@@ -77,9 +77,10 @@ template <bool kTriangle>
 RADIOSITY_INLINE Lanes along_edge(const Kernel<kTriangle>& kernel, const Lanes& u0, const Lanes& v0,
                                   const Lanes& u1, const Lanes& v1) {
   const Lanes zero{}, one = zero + 1, tiny = zero + 1e-200;
-  const auto not_zero = [&](const Lanes& x) { return select(greater(absolute(x), tiny), x, tiny); };
+  const auto not_zero = [&](const Lanes& x)
+                            RADIOSITY_INLINED { return select(greater(absolute(x), tiny), x, tiny); };
   const Lanes du = u1 - u0, dv = v1 - v0;
-  const auto u_at = [&](const Lanes& t) { return u0 + t * du; };
+  const auto u_at = [&](const Lanes& t) RADIOSITY_INLINED { return u0 + t * du; };
   // Where the edge is within the strip |u| ≤ ½.
   const Lanes per_u = 1 / not_zero(du);
   const Lanes ua = (-0.5 - u0) * per_u, ub = (0.5 - u0) * per_u;
@@ -95,7 +96,7 @@ RADIOSITY_INLINE Lanes along_edge(const Kernel<kTriangle>& kernel, const Lanes& 
   const Lanes enter = smaller(larger(from, begin), end);
   const Lanes leave = larger(smaller(to, end), enter);
   const auto held = [&](const Lanes& t, const Lanes& t0,
-                        const Lanes& t1) {  // of all of [t0, t1], t one of its ends
+                        const Lanes& t1) RADIOSITY_INLINED {  // of all of [t0, t1], t one of its ends
     const LaneBits is_above = greater(low + t * dv, high + t * (kTriangle ? du - dv : -dv));
     const Lanes ua0 = u_at(t0), ua1 = u_at(t1);
     return select(is_above, kernel.above(ua1) - kernel.above(ua0), kernel.below(ua1) - kernel.below(ua0));
@@ -152,7 +153,7 @@ RADIOSITY_INLINE void add_sums(const double* const* points, const double* normal
   for (std::size_t n = 0; n < count; ++n) {
     const Corners& shadow = shadows[n];
     // Where the line from the point through a corner meets the plane of q.
-    const auto project = [&](std::size_t k, Lanes& at_u, Lanes& at_v) {
+    const auto project = [&](std::size_t k, Lanes& at_u, Lanes& at_v) RADIOSITY_INLINED {
       const Lanes per_h = 1 / larger(h - shadow.h[k], zero + 1e-200);
       at_u = (h * shadow.u[k] - u * shadow.h[k]) * per_h;
       at_v = (h * shadow.v[k] - v * shadow.h[k]) * per_h;
