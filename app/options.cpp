@@ -89,17 +89,14 @@ std::string size_or_word(const std::string& text) {
   return fmt::format("'{}' is neither 'none' nor 'auto' nor a length in metres above 0", text);
 }
 
-PatchOptions to_patch_options(const std::string& text) {
-  if (text == "none") return KeepFaces{};
-  if (text == "auto") return AutoPatches{};
-  return PatchSize{*parse_finite(text)};
+template <class Options, class None, class Auto, class Size>
+Options to_size(const std::string& text) {
+  if (text == "none") return None{};
+  if (text == "auto") return Auto{};
+  return Size{*parse_finite(text)};
 }
-
-ElementOptions to_element_options(const std::string& text) {
-  if (text == "none") return NoElements{};
-  if (text == "auto") return AutoElements{};
-  return ElementSize{*parse_finite(text)};
-}
+constexpr auto to_patch_options = to_size<PatchOptions, KeepFaces, AutoPatches, PatchSize>;
+constexpr auto to_element_options = to_size<ElementOptions, NoElements, AutoElements, ElementSize>;
 
 // "hemisphere 1024, analytic 16": the defaults of the methods that this option sets.
 std::string defaults_of(Index FormFactorOptions::*setting) {

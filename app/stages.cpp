@@ -81,6 +81,13 @@ const char* bar_label(SolveStage stage) {
                                            : "error estimate";
 }
 
+void note_patches(Report::SceneFacts& facts, const Patches& patches) {
+  facts.patches = patches.mesh.cluster_count();
+  facts.pieces = patches.mesh.patch_count();
+  facts.area_m2 = patches.mesh.areas().sum();
+  facts.repairs = patches.repairs;
+}
+
 }  // namespace
 
 Job::Job(const Options& given) : options(given), console(given.quiet) {
@@ -152,10 +159,7 @@ LoadedScene read_stage(Job& job, const std::filesystem::path& file, MissingMater
 
 void tell_patches(Job& job, const Patches& patches, const PatchOptions& options) {
   auto& facts = *job.report.scene;
-  facts.patches = patches.mesh.cluster_count();
-  facts.pieces = patches.mesh.patch_count();
-  facts.area_m2 = patches.mesh.areas().sum();
-  facts.repairs = patches.repairs;
+  note_patches(facts, patches);
   const std::string repairs = repairs_text(patches.repairs);
   if (!repairs.empty()) job.console.line("repaired", "{}", repairs);
   warn(job, patches.warnings);
@@ -340,12 +344,8 @@ void Telling::finish(const SolvedScene& solved) {
              solved.form_factors.storage == FormFactorStorage::rows) {
     job_.console.line("error", "not estimated: that takes factors that are stored");
   }
-  Report::SceneFacts& facts = *report.scene;
-  facts.bands = solved.bands;
-  facts.patches = solved.patches.mesh.cluster_count();
-  facts.pieces = solved.patches.mesh.patch_count();
-  facts.area_m2 = solved.patches.mesh.areas().sum();
-  facts.repairs = solved.patches.repairs;
+  report.scene->bands = solved.bands;
+  note_patches(*report.scene, solved.patches);
   report.modelled = solved.modelled;
   report.form_factors = solved.form_factors;
   report.accuracy = solved.accuracy;

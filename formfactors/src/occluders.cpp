@@ -246,20 +246,17 @@ void Occluders::find_solids() {
 // The patch is behind the polygon, and outside of its solid (in the plane of a side it may look into it); or the polygon is one side of
 // a sheet.
 void Occluders::mark_left(std::size_t row, const std::vector<Facet>& facets) {
-  const std::size_t first = row * words_;
-  const auto bit = [&](const std::vector<std::uint64_t>& mask, std::size_t o) {
-    return (mask[first + o / 64] >> (o % 64) & 1) != 0;
-  };
   std::vector<bool> outside;
   for (const auto& members : solids_)
     outside.push_back(std::any_of(members.begin(), members.end(), [&](std::size_t o) {
-      return bit(patch_sides_.front, o) && !bit(patch_sides_.back, o);
+      return bit(patch_sides_.front, row, o) && !bit(patch_sides_.back, row, o);
     }));
   for (std::size_t o = 0; o < polygons_.size(); ++o) {
     const Convex& polygon = polygons_[o];
-    const bool left = bit(patch_sides_.back, o) && ((polygon.solid != kNoSolid && outside[polygon.solid]) ||
-                                                    facets[polygon.facet].back != Facet::kNoBack);
-    patch_sides_.left[first + o / 64] |= static_cast<std::uint64_t>(left) << (o % 64);
+    const bool left =
+        bit(patch_sides_.back, row, o) && ((polygon.solid != kNoSolid && outside[polygon.solid]) ||
+                                           facets[polygon.facet].back != Facet::kNoBack);
+    patch_sides_.left[row * words_ + o / 64] |= static_cast<std::uint64_t>(left) << (o % 64);
   }
 }
 
@@ -472,18 +469,15 @@ Occluders::View Occluders::classify(Index i, std::span<const Vec3> p, Index j, s
   // Of a patch that is none of the rows its group told.
   const Index first = row_[i] < 0 ? row_[j] : row_[i], second = row_[j] < 0 ? first : row_[j];
   for (const int o : scratch.near) {
-    const auto bit = [&](const std::vector<std::uint64_t>& mask, Index row) {
-      return (mask[static_cast<std::size_t>(row) * words_ + static_cast<std::size_t>(o) / 64] >> (o % 64) &
-              1) != 0;
-    };
+    const auto of = [&](const std::vector<std::uint64_t>& side, Index row) { return bit(side, row, o); };
     const auto outside = [&](const std::vector<std::uint64_t>& side) {
-      return first != second && bit(side, first) && bit(side, second);
+      return first != second && of(side, first) && of(side, second);
     };
-    if (outside(patch_sides_.front) || outside(patch_sides_.back) || !bit(patch_sides_.facing, first) ||
-        !bit(patch_sides_.facing, second) || !box.intersects(polygons_[o].box))
+    if (outside(patch_sides_.front) || outside(patch_sides_.back) || !of(patch_sides_.facing, first) ||
+        !of(patch_sides_.facing, second) || !box.intersects(polygons_[o].box))
       continue;
     if (hides(polygons_[o], p, q)) return View::hidden;
-    if (row_[i] < 0 || !bit(patch_sides_.left, row_[i])) scratch.candidates.push_back(o);
+    if (row_[i] < 0 || !of(patch_sides_.left, row_[i])) scratch.candidates.push_back(o);
   }
   return narrow(p, q, scratch);
 }
@@ -499,8 +493,7 @@ Occluders::View Occluders::narrow(std::span<const Vec3> p, std::span<const Vec3>
 Occluders::ShadowGroup Occluders::shadow_group(Index i, int polygon) const {
   const Convex& p = polygons_[static_cast<std::size_t>(polygon)];
   const auto in_front = [&](std::size_t o) {
-    const std::size_t word = static_cast<std::size_t>(row_[i]) * words_ + o / 64;
-    return ((patch_sides_.front[word] & ~patch_sides_.back[word]) >> (o % 64) & 1) != 0;
+    return bit(patch_sides_.front, row_[i], o) && !bit(patch_sides_.back, row_[i], o);
   };
   if (row_[i] >= 0 && p.solid != kNoSolid &&
       std::any_of(solids_[p.solid].begin(), solids_[p.solid].end(), in_front))
@@ -532,14 +525,10 @@ Occluders::View Occluders::classify(const Vec3& x, std::span<const int> polygons
   box.extend(x);
   for (const int o : polygons) {
     const Convex& polygon = polygons_[o];
-    const std::size_t word = lamp * words_ + static_cast<std::size_t>(o) / 64;
-    const auto bit = [&](const std::vector<std::uint64_t>& mask) {
-      return (mask[word] >> (o % 64) & 1) != 0;
-    };
     const double height = polygon.normal.dot(x) - polygon.offset;
     const bool in_front = height > 0;
-    if (std::abs(height) > slack_ && !bit(in_front ? patch_sides_.front : patch_sides_.back) &&
-        bit(patch_sides_.facing) && box.intersects(polygon.box)) {
+    if (std::abs(height) > slack_ && !bit(in_front ? patch_sides_.front : patch_sides_.back, lamp, o) &&
+        bit(patch_sides_.facing, lamp, o) && box.intersects(polygon.box)) {
       if (hides(polygon, std::span(&x, 1), q)) return View::hidden;
       scratch.candidates.push_back(o);
     }

@@ -138,6 +138,10 @@ class Occluders {
   // Takes the polygons of the facets; false where they are more than `most`, or masks for so many patches would take too much memory.
   bool take(const std::vector<Facet>& facets, const Vec3& origin, std::size_t patches, std::size_t most);
   void clear(Sides& sides, std::size_t count) const;
+  // The bit of polygon o in row i of one of the Sides.
+  bool bit(const std::vector<std::uint64_t>& mask, std::size_t i, std::size_t o) const {
+    return (mask[i * words_ + o / 64] >> (o % 64) & 1) != 0;
+  }
   void find_solids();
   void mark_left(std::size_t row, const std::vector<Facet>& facets);
 

@@ -23,10 +23,6 @@ namespace {
 
 thread_local Occluders::Scratch point_scratch;
 
-}  // namespace
-
-namespace {
-
 // Of 4 × 4 strata along an edge of the unit square, two rays in each.
 int blocks_of(Index rays) {
   return static_cast<int>(std::ceil(std::sqrt(rays / 32.0)));

@@ -441,28 +441,18 @@ SetupSetting read_setup(const Section& section, const std::string& name) {
   return setup;
 }
 
-PatchOptions read_patch_size(const Section& section) {
+// A number of metres or a word, of [patches] or [elements].
+template <class Options, class None, class Auto, class Size>
+Options read_size(const Section& section, std::string_view name) {
   constexpr std::string_view kExpected = "a number of metres, \"none\" or \"auto\"";
   const toml::node& node = *section.find("size");
   if (const auto* const word = node.as_string()) {
-    if (word->get() == "none") return KeepFaces{};
-    if (word->get() == "auto") return AutoPatches{};
-    section.fail(line_of(node), fmt::format("[patches] size = \"{}\" must be {}", word->get(), kExpected));
+    if (word->get() == "none") return None{};
+    if (word->get() == "auto") return Auto{};
+    section.fail(line_of(node), fmt::format("[{}] size = \"{}\" must be {}", name, word->get(), kExpected));
   }
   if (!node.is_number()) section.fail_type("size", node, kExpected);
-  return PatchSize{*section.number("size", kPositive, positive)};
-}
-
-ElementOptions read_element_size(const Section& section) {
-  constexpr std::string_view kExpected = "a number of metres, \"none\" or \"auto\"";
-  const toml::node& node = *section.find("size");
-  if (const auto* const word = node.as_string()) {
-    if (word->get() == "none") return NoElements{};
-    if (word->get() == "auto") return AutoElements{};
-    section.fail(line_of(node), fmt::format("[elements] size = \"{}\" must be {}", word->get(), kExpected));
-  }
-  if (!node.is_number()) section.fail_type("size", node, kExpected);
-  return ElementSize{*section.number("size", kPositive, positive)};
+  return Size{*section.number("size", kPositive, positive)};
 }
 
 const std::vector<std::string> kCameraKeys{"position", "target", "up", "vertical_fov_deg"};
@@ -595,11 +585,14 @@ SceneFile read_scene_file(const std::filesystem::path& file) {
   SceneSettings& settings = scene.settings;
   if (const auto patches = top.section("patches", "patches")) {
     patches->allow_only({"size"});
-    if (patches->find("size")) settings.patches = read_patch_size(*patches);
+    if (patches->find("size"))
+      settings.patches = read_size<PatchOptions, KeepFaces, AutoPatches, PatchSize>(*patches, "patches");
   }
   if (const auto elements = top.section("elements", "elements")) {
     elements->allow_only({"size", "samples"});
-    if (elements->find("size")) settings.elements = read_element_size(*elements);
+    if (elements->find("size"))
+      settings.elements =
+          read_size<ElementOptions, NoElements, AutoElements, ElementSize>(*elements, "elements");
     settings.element_samples = index(elements->integer("samples", 1, 1 << 20));
   }
   if (const auto factors = top.section("form_factors", "form_factors")) {

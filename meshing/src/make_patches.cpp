@@ -215,8 +215,7 @@ void warn_of_odd_facts(const Surface& surface, const Contacts& contacts, const S
 bool is_triangle_or_convex_quad(const Surface& surface, Index polygon) {
   const auto loop = surface.loop(polygon);
   if (loop.size() != 4) return loop.size() == 3;
-  const polygon::Plane plane(surface.points, loop);
-  return polygon::is_convex(polygon::project(plane, surface.points, loop), tolerance::kPlanarity);
+  return polygon::is_convex(surface.points, loop, tolerance::kPlanarity);
 }
 
 /// Lamps that reflect nothing: B = E wherever they are cut, so that only form factors ask for small pieces.

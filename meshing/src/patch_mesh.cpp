@@ -222,6 +222,10 @@ PatchMesh::PatchMesh(Arrays arrays) : arrays_(std::move(arrays)) {
   spread_powers();
 }
 
+double PatchMesh::longest_edge(Index patch) const {
+  return polygon::longest_edge(arrays_.vertices, corners(patch));
+}
+
 PatchMesh PatchMesh::with_materials(std::vector<Material> materials) const {
   if (materials.size() != arrays_.materials.size())
     throw InputError(fmt::format("{} materials were given for a mesh that has {}", materials.size(),

@@ -117,6 +117,10 @@ std::vector<Vec3> clip(std::span<const Vec3> polygon, const Vec3& n, const Vec3&
   return kept;
 }
 
+bool is_convex(std::span<const Vec3> points, std::span<const Index> corners, double sine) {
+  return is_convex(project(Plane(points, corners), points, corners), sine);
+}
+
 bool is_convex(std::span<const Vec3> corners, const Vec3& n, double least_sine) {
   for (std::size_t k = 0, count = corners.size(); k < count; ++k) {
     const Vec3 e = corners[(k + 1) % count] - corners[k], f = corners[(k + 2) % count] - corners[k];

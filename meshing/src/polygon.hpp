@@ -64,6 +64,8 @@ bool is_planar(const Plane& plane, std::span<const Vec3> points, std::span<const
 
 /// Every turn of the ring is to the left by more than `sine`, and the ring goes round once.
 bool is_convex(std::span<const Vec2> ring, double sine);
+/// The same in the mean plane.
+bool is_convex(std::span<const Vec3> points, std::span<const Index> corners, double sine);
 
 /// Even–odd rule; an edge walked twice does not count.
 bool contains(std::span<const Vec2> ring, const Vec2& p);

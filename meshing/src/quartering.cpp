@@ -58,17 +58,13 @@ void Quartering::cut(Index number) {
   const std::vector<Index> c(span.begin(), span.end());
   const Index first = cell_count();
   const int depth = cell.depth + 1;
-  const auto ring_is_convex = [&] {
-    const polygon::Plane plane(vertices_, c);
-    return polygon::is_convex(polygon::project(plane, vertices_, c), 0);
-  };
   if (c.size() == 3) {
     const Index ab = middle(c[0], c[1]), bc = middle(c[1], c[2]), ca = middle(c[2], c[0]);
     add(cell.patch, depth, {c[0], ab, ca});
     add(cell.patch, depth, {ab, c[1], bc});
     add(cell.patch, depth, {ca, bc, c[2]});
     add(cell.patch, depth, {ab, bc, ca});
-  } else if (c.size() == 4 && ring_is_convex()) {
+  } else if (c.size() == 4 && polygon::is_convex(vertices_, c, 0)) {
     const Index ab = middle(c[0], c[1]), bc = middle(c[1], c[2]), cd = middle(c[2], c[3]),
                 da = middle(c[3], c[0]);
     const auto centre = static_cast<Index>(vertices_.size());

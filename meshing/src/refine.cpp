@@ -26,7 +26,7 @@ class Cutter {
     for (patch_ = 0; patch_ < mesh_.patch_count(); ++patch_) {
       const auto c = mesh_.corners(patch_);
       k_ = all_k_[patch_];
-      if (c.size() == 4 && is_convex(c))
+      if (c.size() == 4 && polygon::is_convex(mesh_.vertices(), c, 0))
         add_quad({c[0], c[1], c[2], c[3]});
       else
         for (const auto& triangle : mesh_.triangles(patch_)) add_triangle(triangle);
@@ -37,11 +37,6 @@ class Cutter {
   }
 
  private:
-  bool is_convex(std::span<const Index> corners) const {
-    const polygon::Plane plane(mesh_.vertices(), corners);
-    return polygon::is_convex(polygon::project(plane, mesh_.vertices(), corners), 0);
-  }
-
   Index add_point(const Vec3& x) {
     arrays_.vertices.push_back(x);
     return static_cast<Index>(arrays_.vertices.size()) - 1;

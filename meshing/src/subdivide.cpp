@@ -131,10 +131,8 @@ void Subdivision::add_polygon(const Surface& surface, const Contacts& contacts, 
     }
     polygon.lines = uses_.size() - polygon.first - polygon.boundary;
   }
-  if (polygon.boundary == 4 && loop.size() == 4 && polygon.lines == 0) {
-    const polygon::Plane plane(surface.points, loop);
-    polygon.grid = polygon::is_convex(polygon::project(plane, surface.points, loop), tolerance::kPlanarity);
-  }
+  if (polygon.boundary == 4 && loop.size() == 4 && polygon.lines == 0)
+    polygon.grid = polygon::is_convex(surface.points, loop, tolerance::kPlanarity);
   polygons_.push_back(polygon);
 }
 

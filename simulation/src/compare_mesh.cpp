@@ -9,12 +9,7 @@ namespace {
 
 double longest_edge(const PatchMesh& mesh) {
   double longest = 0;
-  for (Index i = 0; i < mesh.patch_count(); ++i) {
-    const auto corners = mesh.corners(i);
-    for (std::size_t k = 0; k < corners.size(); ++k)
-      longest = std::max(longest,
-                         (mesh.vertex(corners[k]) - mesh.vertex(corners[(k + 1) % corners.size()])).norm());
-  }
+  for (Index i = 0; i < mesh.patch_count(); ++i) longest = std::max(longest, mesh.longest_edge(i));
   return longest;
 }
 

@@ -31,9 +31,7 @@ std::vector<Index> pieces(const PatchMesh& mesh, double size) {
   for (Index i = 0; i < mesh.patch_count(); ++i) {
     if ((mesh.material_of(i).emission > 0).any()) continue;
     double& most = longest[surfaces.root(i)];
-    const auto c = mesh.corners(i);
-    for (std::size_t k = 0; k < c.size(); ++k)
-      most = std::max(most, (mesh.vertex(c[(k + 1) % c.size()]) - mesh.vertex(c[k])).norm());
+    most = std::max(most, mesh.longest_edge(i));
   }
   std::vector<Index> out;
   for (Index i = 0; i < mesh.patch_count(); ++i) {
@@ -137,13 +135,11 @@ class AdaptiveGather {
   std::optional<Elements> gather_leaves(Index round) {
     Quartering::Leaves leaves = cells_.leaves();
     std::vector<Index> fresh;
-    const Index known = static_cast<Index>(row_.size());
     row_.resize(static_cast<std::size_t>(cells_.cell_count()), -1);
     const auto before = static_cast<Index>(done_.irradiance.rows());
     for (std::size_t e = 0; e < leaves.cell.size(); ++e) {
       const Index cell = leaves.cell[e];
-      if ((cell < known && row_[cell] >= 0) || visibility_.covered(leaves.refinement.coarsening.parent[e]))
-        continue;
+      if (row_[cell] >= 0 || visibility_.covered(leaves.refinement.coarsening.parent[e])) continue;
       row_[cell] = before + static_cast<Index>(fresh.size());
       fresh.push_back(static_cast<Index>(e));
     }
@@ -162,7 +158,7 @@ class AdaptiveGather {
       if (row < 0) continue;
       irradiance.row(e) = done_.irradiance.row(row);
       standard_error.row(e) = done_.standard_error.row(row);
-      smallest = std::min(smallest, longest_edge(mesh, e));
+      smallest = std::min(smallest, mesh.longest_edge(e));
     }
     cell_ = std::move(leaves.cell);
     return elements_of(std::move(leaves.refinement), irradiance, standard_error, smallest, gathered.samples);
@@ -213,14 +209,6 @@ class AdaptiveGather {
     all.bottomRows(more.rows()) = more;
   }
 
-  static double longest_edge(const PatchMesh& mesh, Index i) {
-    double longest = 0;
-    const auto c = mesh.corners(i);
-    for (std::size_t k = 0; k < c.size(); ++k)
-      longest = std::max(longest, (mesh.vertex(c[(k + 1) % c.size()]) - mesh.vertex(c[k])).norm());
-    return longest;
-  }
-
   // Cells whose part in what differs within elements is above the mean that is allowed.
   std::vector<Index> too_coarse(const Elements& e) {
     constexpr double kStandardErrors = 3;
@@ -234,11 +222,11 @@ class AdaptiveGather {
     const Eigen::ArrayXd power = (reflected.square().colwise() * mesh.areas()).colwise().sum();
     Eigen::ArrayXd part = Eigen::ArrayXd::Zero(mesh.patch_count());
     tbb::parallel_for(Index{0}, mesh.patch_count(), [&](Index i) {
-      if (row_[cell_[i]] < 0 || !can_be_cut(e.patch[i])) return;
+      if (!can_be_cut(e.patch[i])) return;
       for (const Index v : mesh.corners(i))
         for (const Index n : mesh.vertex_patches(v))
           for (Index b = 0; b < reflected.cols(); ++b) {
-            if (power[b] == 0 || row_[cell_[n]] < 0) continue;
+            if (power[b] == 0 || visibility_.covered(e.patch[n])) continue;
             const double difference =
                 std::pow(reflected(i, b) - reflected(n, b), 2) -
                 kStandardErrors * kStandardErrors * (std::pow(noise(i, b), 2) + std::pow(noise(n, b), 2));

@@ -84,6 +84,7 @@ class PatchMesh {
   const Eigen::ArrayXd& areas() const { return areas_; }             ///< A, m²
   const Vec3& normal(Index patch) const { return normals_[patch]; }  ///< unit, front
   const Vec3& centroid(Index patch) const { return centroids_[patch]; }
+  double longest_edge(Index patch) const;  ///< m
 
   /// Triangles that cover the patch: vertex numbers, counter-clockwise seen from the front. Triangle t of the
   /// mesh belongs to patch triangle_patch(t); a patch's triangles are consecutive.
