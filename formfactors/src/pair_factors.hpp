@@ -43,14 +43,15 @@ class PairFactors {
   bool may_see_any(Index i) const;
 
   /// Calls f(j, A_i F_ij) for every j, or every j > i where `upper` is set, that patch i exchanges light with; not in order.
-  /// Groups of patches that lie behind i, or are hidden from it by one polygon, are passed over whole.
-  template <class F>
-  void for_each_in_row(Index i, bool upper, F&& f) const {
+  /// Groups of patches that lie behind i, or are hidden from it by one polygon, are passed over whole, as are those of which `skip` is true.
+  template <class F, class Skip = bool (*)(const std::vector<Index>&)>
+  void for_each_in_row(
+      Index i, bool upper, F&& f, Skip&& skip = [](const std::vector<Index>&) { return false; }) const {
     PairCounts counts;
     std::vector<double> areas;
     for (std::size_t group = 0; group < groups_.size(); ++group) {
       const std::vector<Index>& patches = groups_[group].patches;
-      if (upper && patches.back() <= i) continue;
+      if ((upper && patches.back() <= i) || skip(patches)) continue;
       auto j = upper ? std::upper_bound(patches.begin(), patches.end(), i) : patches.begin();
       if (std::uint64_t PairCounts::*const none = approach(i, group)) {
         counts.*none += static_cast<std::uint64_t>(patches.end() - j);

@@ -51,14 +51,17 @@ bool too_many_lamps(const Visibility& visibility, std::span<const Index> lamps) 
                                : static_cast<std::size_t>(std::max(32, mesh.cluster_count() / kSomeOf));
   if (lamps.size() > most) return true;
   return too_many_pairs(mesh, members, kMostPairs) &&
-         PairFactors(visibility, kPairwiseSamples, 1, kFactorTolerance, members).near_pairs(members) >
-             kMostPairs;
+         PairFactors(visibility, pairwise_samples(visibility), 1, kFactorTolerance, members)
+                 .near_pairs(members) > kMostPairs;
+}
+bool by_rays(const Visibility& visibility) {
+  std::size_t polygons = 0;
+  for (const Facet& facet : visibility.facets()) polygons += facet.pieces.size();
+  return polygons > Occluders::kMost;
 }
 // For patches that are no lamps.
 double most_pairs(const Visibility& visibility) {
-  std::size_t polygons = 0;
-  for (const Facet& facet : visibility.facets()) polygons += facet.pieces.size();
-  return polygons <= Occluders::kMost ? kMostPairs : kMostByRays;
+  return by_rays(visibility) ? kMostByRays : kMostPairs;
 }
 
 std::vector<Index> lamps_of(const PatchMesh& mesh) {
@@ -232,6 +235,12 @@ std::vector<Index> united(const std::vector<Index>& a, const std::vector<Index>&
 
 }  // namespace
 
+Index pairwise_samples(const Visibility& visibility) {
+  // Sixteen rays miss so many half-shadows that an office is off by 0.8 %; with 64 by a quarter of a percent, in a quarter more time.
+  constexpr Index kPoints = 4, kRays = 64;
+  return by_rays(visibility) ? kRays : kPoints;
+}
+
 bool hardly_answered(const FormFactorMethod& method, double row_sum) {
   const std::optional<double> share = method.direction_share();
   return share && row_sum < kFewAnswers * *share;
@@ -306,7 +315,8 @@ PairwisePatches pairwise_patches(const FormFactorMethod& method, const Visibilit
     if (hardly_answered(method, row_sums[c]) && !all_covered(visibility, c)) unanswered.push_back(c);
   const std::vector<Index> rows = members_of(mesh, united(united(lamps, near), unanswered));
   if (!rows.empty())
-    out.factors = std::make_unique<PairFactors>(visibility, kPairwiseSamples, 1, kFactorTolerance, rows);
+    out.factors =
+        std::make_unique<PairFactors>(visibility, pairwise_samples(visibility), 1, kFactorTolerance, rows);
   std::erase_if(unanswered, [&](Index c) {
     const auto members = mesh.members(c);
     return !(row_sums[c] > 0) &&

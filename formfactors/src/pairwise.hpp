@@ -11,8 +11,9 @@
 
 namespace radiosity {
 
-/// Points per partly hidden pair of one of these patches and another patch.
-inline constexpr Index kPairwiseSamples = 4;
+/// PairFactors::samples of these patches: points per partly hidden pair or, where the scene has too many polygons, shadow rays of
+/// every pair.
+Index pairwise_samples(const Visibility& visibility);
 
 /// Patches whose rows and columns a method that samples directions had better leave to the pairs.
 struct PairwisePatches {

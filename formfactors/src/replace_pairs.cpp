@@ -1,4 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <limits>
+
 #include "assembly_steps.hpp"
 #include "radiosity/formfactors/threads.hpp"
 
@@ -23,6 +28,42 @@ std::shared_ptr<const PairRows> compute_pairs(const PairwisePatches& chosen, con
       static_cast<Index>(count), 1, [&](Index k, Index) { compute(k); },
       [&](Index) { return !progress || progress(1); });
   if (!completed) return nullptr;
+  return out;
+}
+
+BandArray pair_errors(const PairRows& pairs, const Visibility& visibility, const BandArray& radiosity,
+                      std::span<const Index> clusters) {
+  const PatchMesh& mesh = visibility.mesh();
+  BandArray out =
+      BandArray::Constant(mesh.cluster_count(), radiosity.cols(), std::numeric_limits<double>::quiet_NaN());
+  std::vector<Index> place(mesh.cluster_count(), -1);  // among the patches of `pairs`
+  for (std::size_t k = 0; k < pairs.patches.size(); ++k) place[pairs.patches[k]] = static_cast<Index>(k);
+  std::vector<Index> members;
+  for (const Index c : clusters)
+    members.insert(members.end(), mesh.members(c).begin(), mesh.members(c).end());
+  constexpr Index kMore = 4;
+  const PairFactors better(visibility, kMore * pairwise_samples(visibility), 2, kFactorTolerance, members);
+  tbb::parallel_for(std::size_t{0}, clusters.size(), [&](std::size_t c) {
+    const Index i = clusters[c];
+    Eigen::ArrayXd factors = Eigen::ArrayXd::Zero(static_cast<Eigen::Index>(pairs.patches.size()));
+    for (const Index member : mesh.members(i))
+      better.for_each_in_row(
+          member, false,
+          [&](Index j, double mutual) {
+            if (const Index k = place[mesh.cluster(j)]; k >= 0)
+              factors[k] += mutual / mesh.cluster_areas()[i];
+          },
+          [&](const std::vector<Index>& patches) {
+            return std::ranges::all_of(patches, [&](Index j) { return place[mesh.cluster(j)] < 0; });
+          });
+    out.row(i).setZero();
+    for (Eigen::Index k = 0; k < factors.size(); ++k) {
+      const Row& column = pairs.columns[k];
+      const auto at = std::ranges::lower_bound(column, i, {}, &Entry::column);
+      const double given = at != column.end() && at->column == i ? static_cast<double>(at->value) : 0;
+      out.row(i) += (given - factors[k]) * radiosity.row(pairs.patches[k]);
+    }
+  });
   return out;
 }
 

@@ -22,7 +22,8 @@ struct RowsOnDemand::Pairwise {
 
   const FormFactorMethod& get() {
     tbb::collaborative_call_once(made, [&] {
-      method = make_analytic(visibility, {.samples = kPairwiseSamples, .tolerance = kFactorTolerance});
+      method =
+          make_analytic(visibility, {.samples = pairwise_samples(visibility), .tolerance = kFactorTolerance});
     });
     return *method;
   }

@@ -26,11 +26,12 @@ constexpr Kind kCells{1, 1.8, 0.6, 1, 16, true};  // more viewpoints do not mend
 
 // Without noise, which is all that samples mend.
 double error_of_patches(const AccuracyRound& round) {
-  return std::hypot(round.error.patches.value_or(0), round.error.near);
+  return std::hypot(round.error.patches.value_or(0), round.error.unsampled);
 }
 
 double noise_of(const AccuracyRound& round) {
-  return std::sqrt(std::max(0.0, std::pow(*round.error.form_factors, 2) - std::pow(round.error.near, 2)));
+  return std::sqrt(
+      std::max(0.0, std::pow(*round.error.form_factors, 2) - std::pow(round.error.unsampled, 2)));
 }
 
 // How the errors of one round will fall, by what larger patches told and what is seen of the rounds before.

@@ -151,6 +151,28 @@ Eigen::ArrayXd unreliable_square(const SolvedProblem& problem, std::vector<std::
   return out;
 }
 
+// Of factors that were computed pair by pair: their points and shadow rays are not those that a cheaper method changes. What some
+// clusters receive wrongly stands for all.
+Eigen::ArrayXd pairs_square(const SolvedProblem& problem) {
+  const PatchMesh& mesh = problem.patches.mesh;
+  if (!problem.pair_rows || problem.visibility.convex())
+    return Eigen::ArrayXd::Zero(problem.solution.radiosity.cols());
+  const Index n = mesh.cluster_count();
+  const Index asked = std::min(n, std::clamp(n / 32, 32, 256));
+  std::vector<Index> clusters;
+  for (Index k = 0; k < asked;
+       ++k) {  // one in each stretch; not the same place in all, as faces come in rows
+    const double place = k + std::fmod(0.6180339887 * k, 1);
+    clusters.push_back(static_cast<Index>(place * n / asked));
+  }
+  const BandArray radiosity = mesh.per_cluster(problem.solution.radiosity);
+  const BandArray emission = mesh.per_cluster(mesh.emission());
+  return mean_square(mesh.cluster_areas(),
+                     mesh.per_cluster(mesh.reflectance()) *
+                         pair_errors(*problem.pair_rows, problem.visibility, radiosity, clusters),
+                     radiosity - emission);
+}
+
 // What exchanges nothing.
 std::vector<std::uint8_t> isolated(const FormFactorMatrix& f) {
   std::vector<std::uint8_t> out;
@@ -281,10 +303,10 @@ ErrorEstimate estimate(const SolvedProblem& problem, std::unique_ptr<const FormF
   const auto method = problem.method.make(problem.visibility, problem.form_factor_options);
   const auto noise = attempt("form factors", out.notes, [&] { return form_factor_error(problem, *method); });
   if (noise) {
-    const Eigen::ArrayXd wrong = unreliable_square(problem, out.notes);
+    const Eigen::ArrayXd wrong = unreliable_square(problem, out.notes) + pairs_square(problem);
     const Eigen::ArrayXd all = noise->relative_square + wrong + problem.unrestored * problem.unrestored;
     out.form_factors = std::sqrt(all.maxCoeff());
-    out.near = std::sqrt(wrong.maxCoeff());
+    out.unsampled = std::sqrt(wrong.maxCoeff());
     square += all;
     out.per_patch += noise->per_patch.square();
   }

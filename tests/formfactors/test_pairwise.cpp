@@ -203,5 +203,53 @@ TEST(PairRows, OfAnEarlierAssemblyAreTakenAsTheyAreAndNoOthersComputed) {
   EXPECT_NE(a.row(0), b.row(0));
 }
 
+// A table under a lamp: seen from the floor, it hides the lamp in part. With some hundred specks more, there are too many polygons for
+// shadows to be clipped.
+TEST(PairRows, ErrOnTheFloorAsMuchAsIsSaid) {
+  for (const int specks : {0, 2100}) {
+    MeshBuilder room = unlit();
+    room.box({0, 0, 0}, {4, 4, 3}, 8, Facing::inward)
+        .box({1.5, 1.5, 0.7}, {2.5, 2.5, 0.75}, 1, Facing::outward)
+        .use_material(grey("lamp", 0, 1))
+        .grid({1.6, 1.7, 2.9}, 0.6 * Vec3::UnitY(), 0.8 * Vec3::UnitX(), 1, 1);
+    room.use_material(grey("speck", 0.5, 0));
+    for (int k = 0; k < specks; ++k)
+      room.grid({0.001 * k, 0.01, 0.01 + 0.001 * k}, 1e-4 * Vec3::UnitX(), 1e-4 * Vec3::UnitY(), 1, 1);
+    const PatchMesh mesh = room.build();
+    constexpr Index kFloor = 64;
+    Index lamp = 0;
+    while (mesh.material_of(lamp).name != "lamp") ++lamp;
+    const MethodSetup rays(mesh, find_form_factor_method("hemisphere"), {.samples = 64});
+    AssemblyOptions options;
+    options.close = false;
+    const auto [f, report] = assemble(*rays.method, rays.visibility, options);
+
+    const MethodSetup exact(mesh, find_form_factor_method("analytic"), {.samples = specks == 0 ? 900 : 4096});
+    Eigen::ArrayXd truth = Eigen::ArrayXd::Zero(mesh.patch_count());
+    exact.method->rows(lamp, lamp + 1, false, [&](Index, auto columns, auto values, auto) {
+      for (std::size_t k = 0; k < columns.size(); ++k)
+        truth[columns[k]] = values[k] * mesh.area(lamp) / mesh.area(columns[k]);
+    });
+
+    std::vector<Index> floor;
+    for (Index i = 0; i < mesh.patch_count(); ++i)
+      if (mesh.normal(i).z() > 0.5 && mesh.centroid(i).z() == 0) floor.push_back(i);
+    ASSERT_EQ(floor.size(), std::size_t{kFloor});
+    BandArray radiosity = BandArray::Zero(mesh.patch_count(), 1);
+    radiosity(lamp, 0) = 2;
+    const BandArray said = pair_errors(*report.pair_rows, rays.visibility, radiosity, floor);
+    double said_square = 0, true_square = 0, light_square = 0;
+    for (const Index i : floor) {
+      said_square += std::pow(said(i, 0), 2);
+      true_square += std::pow(2 * (f(i, lamp) - truth[i]), 2);
+      light_square += std::pow(2 * truth[i], 2);
+    }
+    EXPECT_GT(true_square, std::pow(1e-3, 2) * light_square) << specks;
+    EXPECT_GT(said_square, std::pow(0.6, 2) * true_square) << specks;
+    EXPECT_LT(said_square, std::pow(1.6, 2) * true_square) << specks;
+    EXPECT_EQ(said.col(0).isNaN().count(), mesh.patch_count() - kFloor);
+  }
+}
+
 }  // namespace
 }  // namespace radiosity::test

@@ -85,7 +85,7 @@ TEST(AccuracyPlan, DoesTheBestThatTimeAndMemoryAllow) {
 TEST(AccuracyPlan, BuysNoSamplesForWhatTheyDoNotMend) {
   AccuracyRound first = round("hemisphere", 0.03, 0.01, 1);
   const auto noisy = plan_accuracy(std::span(&first, 1), {.error = 0.03});
-  first.error.near = 0.0298;
+  first.error.unsampled = 0.0298;
   const auto near = plan_accuracy(std::span(&first, 1), {.error = 0.03});
   ASSERT_TRUE(noisy && near);
   EXPECT_GT(noisy->options.samples, first.options.samples);

@@ -158,8 +158,8 @@ TEST(ErrorEstimate, CountsWhatNearlyTouchesOthersAsWrong) {
   // A quarter or a half of each: of 600 patches alike, √(20 · ¼ + 4 · 1/16) / √600 = 9 % and more.
   ASSERT_TRUE(wrong.form_factors);
   EXPECT_GT(*wrong.form_factors, 0.08);
-  EXPECT_GT(wrong.near, 0.08);
-  EXPECT_LE(wrong.near, *wrong.form_factors);
+  EXPECT_GT(wrong.unsampled, 0.08);
+  EXPECT_LE(wrong.unsampled, *wrong.form_factors);
   EXPECT_THAT(wrong.notes, ::testing::Contains(::testing::HasSubstr("nearly touches others of 24 patches")));
 }
 

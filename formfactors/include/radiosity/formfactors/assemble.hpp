@@ -105,6 +105,12 @@ std::vector<Index> clusters_apart(const Visibility& visibility);
 AssembledFormFactors assemble(const FormFactorMethod& method, const Visibility& visibility,
                               const AssemblyOptions& options = {});
 
+/// What some clusters receive wrongly, W/m², from those whose factors were computed pair by pair and whose radiosities are given,
+/// clusters × bands: Σ_j (F_ij − F'_ij) B_j with F' of four times the points or shadow rays, at other places. The rows of clusters
+/// that were not asked about are not-a-number.
+BandArray pair_errors(const PairRows& pairs, const Visibility& visibility, const BandArray& radiosity,
+                      std::span<const Index> clusters);
+
 /// F that is not assembled: each row is computed when a solver asks for it, as the method makes it, but the rows
 /// of lamps pair by pair as in `assemble`. Rows are kept while there is room, and the one that nobody has asked for longest makes room
 /// for another. Reciprocity and closure cannot be restored row by row: what a row lacks shows in the energy balance.

@@ -18,7 +18,7 @@ struct ErrorEstimate {
   std::optional<double>
       form_factors;               ///< noise and visibility of F, and what could not be restored of its rows
   std::optional<double> patches;  ///< B is constant on each patch; absent where no larger patches tell
-  double near = 0;                ///< of `form_factors`: what nearly touches others, which no samples mend
+  double unsampled = 0;           ///< of `form_factors`: what no samples mend, pair by pair or near others
   double solver = 0;              ///< what the residual leaves
   std::optional<double> gather;   ///< noise of the elements; absent where light is told of the patches
   double known = 0;  ///< √(sum of squares) of what is known of the parts: a lower bound where not all is
@@ -63,6 +63,9 @@ struct SolvedProblem {
 ///
 /// Solver: the residual, a share of the power emitted, is amplified at most as much as that power is: the relative error
 /// of the total radiosity is the residual.
+///
+/// Factors that were computed pair by pair: with the solution's B, what some clusters receive by them is compared with four times their
+/// points or shadow rays (see pair_errors).
 ///
 /// Factors that are known to be wrong, of a share s of a patch: as if what that share reflects should be nothing, and others had got it
 /// instead of the right light: e² = Σ A (s R)² / Σ A R² + (Σ A s R / Σ A R)², R = B − E.
