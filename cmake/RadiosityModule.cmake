@@ -22,6 +22,10 @@ function(radiosity_module name)
   install(DIRECTORY include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 endfunction()
 
+# For code that takes longer to be optimised than it will run, in release builds. These warnings of GCC 12 hang on what was inlined and
+# are wrong about additions of strings at -O1.
+set(RADIOSITY_QUICK_BUILD -O1 -Wno-array-bounds -Wno-restrict -Wno-stringop-overflow)
+
 function(radiosity_compile_options target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wconversion -Wshadow)
   if(RADIOSITY_WARNINGS_AS_ERRORS)

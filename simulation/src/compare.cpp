@@ -6,12 +6,19 @@
 #include "compare_measure.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "relative_error.hpp"
+#include "solve_once.hpp"
 
 namespace radiosity {
 namespace {
 
-std::vector<std::string> notes_on(const Reference& reference, bool has_finer, bool not_traced) {
+std::vector<std::string> notes_on(const Reference& reference, bool clustered, bool has_finer, bool traced,
+                                  bool not_traced) {
   std::vector<std::string> notes;
+  if (clustered)
+    notes.emplace_back(
+        "patches are clusters of smaller faces: errors are those of means over clusters; a solve gathers "
+        "light "
+        "for their members in the end, which is not in the times");
   if (not_traced)
     notes.emplace_back("path tracing does not fit a tenth of the budget: nothing independent judges");
   if (reference.exact_s)
@@ -21,8 +28,12 @@ std::vector<std::string> notes_on(const Reference& reference, bool has_finer, bo
         *reference.exact_s, kSafety * *reference.exact_s / (2 * kReferenceShare)));
   if (!has_finer)
     notes.emplace_back(
-        "no reference on finer patches fits the budget, so the errors say nothing of what the size of the "
-        "patches does");
+        traced
+            ? "no reference on finer patches fits the budget: errors are those that path tracing tells, on "
+              "the "
+              "user's patches alone"
+            : "no reference on finer patches fits the budget, so the errors say nothing of what the size of "
+              "the patches does");
   return notes;
 }
 
@@ -32,7 +43,7 @@ Comparison compare(const Scene& given, const PatchOptions& patches, const Compar
   if (!(options.budget_s > 0))
     throw InputError(fmt::format("budget: {} s is not positive", options.budget_s));
   Budget budget(options);
-  const Scene scene = merge_equal_bands(given);
+  const Scene scene = merge_equal_bands(with_decided_sides(given));
   MeshSeries series;
   series.meshes.push_back(prepare(scene, patches));
   if (options.meshed) options.meshed(*series.user().patches);
@@ -48,7 +59,7 @@ Comparison compare(const Scene& given, const PatchOptions& patches, const Compar
     reference->f.reset();
     add_coarser(series, scene);
     std::optional<FinerReference> finer;
-    if (const auto refined = refine_reference(series.user(), *reference, options.seed, budget)) {
+    if (const auto refined = refine_reference(series.user(), scene, *reference, options.seed, budget)) {
       if (refined->k > 2) add_finer(series, scene);
       finer = restrict_reference(*refined, series);
       for (std::size_t m = 0; m < series.meshes.size(); ++m)
@@ -58,7 +69,8 @@ Comparison compare(const Scene& given, const PatchOptions& patches, const Compar
       out.where_patches = error_map(series.user().mesh(), reference->radiosity, finer->radiosity[series.own]);
     }
     out.runs = compare_methods(series, *reference, finer, traced, options.seed, budget);
-    out.notes = notes_on(*reference, finer.has_value(), options.trace && !traced);
+    out.notes = notes_on(*reference, series.user().mesh().clustered(), finer.has_value(), traced.has_value(),
+                         options.trace && !traced);
     out.factors = reference->facts;
     if (traced) out.factors.traced = traced->error(reference->radiosity);
     out.radiosity = std::move(reference->radiosity);

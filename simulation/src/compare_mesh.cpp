@@ -16,11 +16,12 @@ double longest_edge(const PatchMesh& mesh) {
 }  // namespace
 
 PreparedMesh prepare(Patches patches, const PatchOptions& options, const Stopwatch& watch) {
-  patches.mesh = patches.mesh.with_clusters({});  // what is compared is told of each patch
   PreparedMesh out{{.options = options}, std::make_unique<Patches>(std::move(patches)), {}};
-  out.visibility = std::make_unique<const Visibility>(out.mesh());
-  out.facts.size = out.patches->patch_size > 0 ? out.patches->patch_size : longest_edge(out.mesh());
-  out.facts.patches = out.mesh().patch_count();
+  PatchMesh& mesh = out.patches->mesh;  // its patches, which the visibility refers to, stay the same
+  out.visibility = std::make_unique<const Visibility>(mesh);
+  mesh = mesh.with_clusters(clusters_apart(*out.visibility));
+  out.facts.size = out.patches->patch_size > 0 ? out.patches->patch_size : longest_edge(mesh);
+  out.facts.patches = mesh.cluster_count();
   out.facts.seconds = watch.elapsed();
   return out;
 }
@@ -47,7 +48,7 @@ std::optional<SolvedRun> solve_on(const PreparedMesh& mesh, const FormFactorMeth
                            ->solve(RadiositySystem(assembled.matrix, mesh.mesh()), options);
   SolvedRun out;
   if (result.report.status != SolveStatus::converged) out.failure = result.report.message;
-  out.radiosity = std::move(result.radiosity);
+  out.radiosity = mesh.mesh().per_patch(result.radiosity);
   out.seconds = watch.elapsed();
   out.rays = assembled.report.rays;
   out.f = std::move(assembled.matrix);

@@ -59,7 +59,7 @@ PreparedMesh prepare(const Scene& scene, const PatchOptions& options);
 PreparedMesh prepare(Patches patches, const PatchOptions& options, const Stopwatch& watch);
 
 struct SolvedRun {
-  BandArray radiosity;
+  BandArray radiosity;                ///< of each patch, alike in a cluster
   std::optional<FormFactorMatrix> f;  ///< to be released by whoever does not read it
   double seconds = 0;
   std::uint64_t rays = 0;

@@ -24,11 +24,13 @@ struct Judges {
 
 // Why no reference is accurate enough to judge a run; empty where they are.
 std::string not_judged(const MeshSeries& series, const Judges& judges, const ComparedRun& run) {
+  const auto same = [&](const ComparedReference& reference) { return reference.method == run.method; };
+  if (!same(judges.reference.facts) && !(judges.finer && same(judges.finer->facts))) return {};
   const PreparedMesh& mesh = series.meshes[run.mesh];
   const auto method = find_form_factor_method(run.method).make(*mesh.visibility, run.settings);
   const bool by_directions = method->direction_share() > 0;
   const auto outdoes = [&](const ComparedReference& reference) {
-    if (reference.method != run.method) return false;
+    if (!same(reference)) return false;
     // Means over fine patches have the rays of all of them, and of both solutions.
     const double times =
         by_directions ? static_cast<double>(reference.patches) / mesh.facts.patches * reference.solves : 1;
@@ -104,11 +106,18 @@ std::vector<ComparedRun> compare_methods(const MeshSeries& series, const Referen
                                          Budget& budget) {
   const Judges judges{reference, finer, traced};
   std::vector<ComparedRun> runs = planned_runs(series, finer.has_value(), seed);
+  const ComparedRun* cheaper = nullptr;  // than all those of its mesh and method that follow
   for (ComparedRun& run : runs) {
     run.left_out = not_judged(series, judges, run);
-    if (run.left_out.empty() && !budget.interrupted())
-      run.predicted_s =
-          predict_seconds(series.meshes[run.mesh], find_form_factor_method(run.method), run.settings, budget);
+    if (!run.left_out.empty() || budget.interrupted()) continue;
+    if (cheaper != nullptr && cheaper->mesh == run.mesh && cheaper->method == run.method) {
+      run.left_out = fmt::format("would take more than {:.2g} s; {:.2g} s of the budget were left",
+                                 cheaper->predicted_s, std::max(budget.left(), 0.0));
+      continue;
+    }
+    run.predicted_s =
+        predict_seconds(series.meshes[run.mesh], find_form_factor_method(run.method), run.settings, budget);
+    if (!run.settings.has_resolution() && run.predicted_s > budget.left()) cheaper = &run;
   }
   for (const std::size_t r : turns(runs, series.own, budget.left()))
     if (runs[r].left_out.empty()) runs[r].left_out = measure(runs[r], series, judges, budget);

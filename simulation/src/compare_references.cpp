@@ -15,6 +15,7 @@ namespace {
 // tell more than rays on patches of a quarter.
 constexpr std::array<Index, 3> kExact{4, 3, 2};
 constexpr std::array<Index, 2> kSampled{4, 2};
+constexpr double kFiner = 1.5;  // times the clusters: where faces are small, smaller ones may be as many
 constexpr Index kMostRays = 1 << 18;
 constexpr double kSingleRounding = 6e-8;          // F is stored in single precision
 constexpr std::uint64_t kOtherSeeds = 1'000'003;  // apart from those of the runs that are judged
@@ -133,6 +134,22 @@ double patch_effect(const MeshSeries& series, std::size_t m, const FinerReferenc
   return std::sqrt(std::max(raw * raw - noise * noise, 0.04 * raw * raw));
 }
 
+// Of clusters, whose members share one radiosity; those that are not-a-number do not count.
+BandArray cluster_means(const PatchMesh& mesh, BandArray values) {
+  for (Index c = 0; mesh.clustered() && c < mesh.cluster_count(); ++c) {
+    Eigen::Array<double, 1, Eigen::Dynamic> sum =
+        Eigen::Array<double, 1, Eigen::Dynamic>::Zero(values.cols());
+    double area = 0;
+    for (const Index i : mesh.members(c)) {
+      if (values.row(i).isNaN().any()) continue;
+      sum += mesh.area(i) * values.row(i);
+      area += mesh.area(i);
+    }
+    for (const Index i : mesh.members(c)) values.row(i) = sum / area;
+  }
+  return values;
+}
+
 // p of (2^p − k^−p) / (1 − k^−p) = ratio, by bisection; it rises with p. Nothing where p is not within [1, 2].
 std::optional<double> measured_order(double ratio, double k) {
   const auto ratio_at = [&](double p) { return (std::exp2(p) - std::pow(k, -p)) / (1 - std::pow(k, -p)); };
@@ -156,31 +173,44 @@ std::optional<Reference> make_reference(const PreparedMesh& mesh, double share, 
   return by_rays;
 }
 
-std::optional<RefinedReference> refine_reference(const PreparedMesh& user, const Reference& reference,
-                                                 std::uint64_t seed, Budget& budget) {
+std::optional<RefinedReference> refine_reference(const PreparedMesh& user, const Scene& scene,
+                                                 const Reference& reference, std::uint64_t seed,
+                                                 Budget& budget) {
   const double share = kReferenceShare * budget.seconds();
-  const auto on = [&](Index k, auto refer) -> std::optional<RefinedReference> {
+  const auto on = [&](Index k, double least_s, auto refer) -> std::optional<RefinedReference> {
     const Stopwatch watch;
-    Refinement finer = refine(user.mesh(), k);
-    const double size = user.facts.size / k;
-    PreparedMesh mesh = prepare(Patches{std::move(finer.mesh), {}, {}, size}, PatchSize{size}, watch);
+    const PatchSize size{user.facts.size / k};
+    const bool clustered = user.mesh().clustered();
+    std::optional<Coarsening> to_user;
+    PreparedMesh mesh = [&] {
+      if (clustered) return prepare(scene, size);
+      Refinement finer = refine(user.mesh(), k);
+      to_user = std::move(finer.coarsening);
+      return prepare(Patches{std::move(finer.mesh), {}, {}, size.metres}, size, watch);
+    }();
+    if (clustered) {
+      const double times = static_cast<double>(mesh.facts.patches) / user.facts.patches;
+      if (times < kFiner || kSafety * times * times * least_s > share) return std::nullopt;
+    }
     std::optional<Reference> found = refer(mesh);
     if (!found) return std::nullopt;
     found->f.reset();
-    return RefinedReference{k, std::move(finer.coarsening), std::move(mesh), *std::move(found)};
+    return RefinedReference{k, std::move(to_user), std::move(mesh), *std::move(found)};
   };
   if (reference.exact)
     for (const Index k : kExact) {
       if ((1 + std::pow(k, 4)) * reference.facts.seconds >= 2 * share || budget.interrupted()) continue;
-      if (auto out =
-              on(k, [&](const PreparedMesh& mesh) { return pairs_reference(mesh, share, budget).reference; }))
+      if (auto out = on(
+              k, 0, [&](const PreparedMesh& mesh) { return pairs_reference(mesh, share, budget).reference; }))
         return out;
     }
   const auto fixed_s = fixed_seconds(user, share, budget);
   if (!fixed_s) return std::nullopt;
   for (const Index k : kSampled) {
-    if (kSafety * std::pow(k, 4) * *fixed_s > share || budget.interrupted()) continue;
-    if (auto out = on(k, [&](const PreparedMesh& mesh) { return make_reference(mesh, share, seed, budget); }))
+    const bool too_many = !user.mesh().clustered() && kSafety * std::pow(k, 4) * *fixed_s > share;
+    if (too_many || budget.interrupted()) continue;
+    if (auto out = on(k, *fixed_s,
+                      [&](const PreparedMesh& mesh) { return make_reference(mesh, share, seed, budget); }))
       return out;
   }
   return std::nullopt;
@@ -192,8 +222,8 @@ FinerReference restrict_reference(const RefinedReference& refined, const MeshSer
   for (std::size_t m = 0; m < series.meshes.size(); ++m) {
     const PatchMesh& mesh = series.meshes[m].mesh();
     const auto means = [&](const BandArray& values) {
-      return m == series.own ? restrict_to(refined.to_user, fine.areas(), values)
-                             : restrict_to(mesh, fine, values);
+      return m == series.own && refined.to_user ? restrict_to(*refined.to_user, fine.areas(), values)
+                                                : cluster_means(mesh, restrict_to(mesh, fine, values));
     };
     out.radiosity.push_back(means(refined.reference.radiosity));
     out.noise.push_back(

@@ -24,17 +24,18 @@ struct Reference {
 std::optional<Reference> make_reference(const PreparedMesh& mesh, double share, std::uint64_t seed,
                                         Budget& budget);
 
-/// A reference on the user's patches cut into k × k.
+/// A reference on the user's patches cut into k × k or, where they are clusters, on clusters of 1/k of their size.
 struct RefinedReference {
   Index k;
-  Coarsening to_user;  ///< from its patches to the user's
+  std::optional<Coarsening> to_user;  ///< from its patches to the user's; absent where they are clusters
   PreparedMesh mesh;
   Reference reference;
 };
 /// Exact on patches of a quarter, a third or half the user's size, where `reference` is exact and that fits twice the share of a
-/// reference; otherwise as in make_reference on a quarter or half. Nothing where none of them fits, or interrupted.
-std::optional<RefinedReference> refine_reference(const PreparedMesh& user, const Reference& reference,
-                                                 std::uint64_t seed, Budget& budget);
+/// reference; otherwise as in make_reference on a quarter or half. Nothing where none of them fits, or is finer, or interrupted.
+std::optional<RefinedReference> refine_reference(const PreparedMesh& user, const Scene& scene,
+                                                 const Reference& reference, std::uint64_t seed,
+                                                 Budget& budget);
 
 /// Area-weighted means of the reference over the patches of each mesh of a series.
 struct FinerReference {

@@ -35,6 +35,7 @@ std::optional<double> error_at_most(const Comparison& comparison, const Compared
   if (run.total)
     return run.total->rms +
            std::hypot(comparison.meshes[run.mesh].own_noise, comparison.finer->patch_error.value_or(0));
+  if (run.traced) return run.traced->rms + run.traced->standard_error;
   if (run.factors) return run.factors->rms + comparison.factors.noise;
   return std::nullopt;
 }

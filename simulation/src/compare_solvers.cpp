@@ -19,8 +19,9 @@ std::vector<SolverRun> measure(const SolverInfo& info, const RadiositySystem& sy
   const Stopwatch watch;
   SolverOptions options;
   options.tolerance = std::pow(10.0, -kDigits);
-  options.step = [&](Index iteration, double residual, const BandArray& radiosity) {
+  options.step = [&](Index iteration, double residual, const BandArray& of_clusters) {
     const double reached = watch.elapsed();
+    const BandArray radiosity = mesh.per_patch(of_clusters);
     while (out.size() < kDigits && residual <= next_tolerance())
       out.push_back({.solver = std::string(info.name),
                      .tolerance = next_tolerance(),
@@ -48,7 +49,8 @@ std::vector<SolverRun> compare_solvers(const PatchMesh& mesh, const FormFactorMa
   const RadiositySystem system(f, mesh);
   SolverOptions options;
   options.tolerance = 1e-12;
-  const BandArray exact = find_solver("conjugate-gradient").make()->solve(system, options).radiosity;
+  const BandArray exact =
+      mesh.per_patch(find_solver("conjugate-gradient").make()->solve(system, options).radiosity);
   const double end = std::min(budget.elapsed() + kSolverShare * budget.seconds(), budget.end());
   auto waiting = static_cast<double>(std::size(solvers()));
   std::vector<SolverRun> out;

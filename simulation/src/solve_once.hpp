@@ -18,6 +18,9 @@ struct SceneToSolve {
   Watch& watch;
 };
 
+/// Where faces do not say which of their sides is the surface, it is decided.
+Scene with_decided_sides(const Scene& scene);
+
 /// With the settings as they are; `where_few` as in choose_method.
 SolvedScene solve_once(const SceneToSolve& task, const SceneSettings& settings, std::string_view where_few);
 

@@ -167,11 +167,11 @@ const SolverInfo& chosen_solver(const SceneSettings& settings) {
   return find_solver(settings.solver ? *settings.solver : kDefaultSolver);
 }
 
+}  // namespace
+
 Scene with_decided_sides(const Scene& scene) {
   return has_open_sides(scene) ? decide_sides(scene).scene : scene;
 }
-
-}  // namespace
 
 std::size_t memory_limit(std::size_t asked) {
   if (asked > 0) return asked;

@@ -21,22 +21,33 @@ std::shared_ptr<const PatchMesh> diffuse(const PatchMesh& mesh) {
   return std::make_shared<const PatchMesh>(mesh.with_materials(std::move(materials)));
 }
 
-/// Patches that light can reach, at even steps of their area.
+/// Clusters that light can reach, at even steps of their area. Members are covered all together, or none is (clusters_apart).
 std::vector<Index> evenly(const Visibility& visibility, Index count) {
   const PatchMesh& mesh = visibility.mesh();
+  const auto reached = [&](Index c) {
+    return visibility.covered(mesh.members(c)[0]) ? 0 : mesh.cluster_areas()[c];
+  };
   double area = 0;
-  for (Index i = 0; i < mesh.patch_count(); ++i)
-    if (!visibility.covered(i)) area += mesh.area(i);
+  for (Index c = 0; c < mesh.cluster_count(); ++c) area += reached(c);
   std::vector<Index> chosen;
   double up_to = 0;
-  for (Index i = 0; i < mesh.patch_count(); ++i) {
-    if (visibility.covered(i)) continue;
-    up_to += mesh.area(i);
+  for (Index c = 0; c < mesh.cluster_count(); ++c) {
+    up_to += reached(c);
     while (static_cast<Index>(chosen.size()) < count &&
            (static_cast<double>(chosen.size()) + 0.5) * area < up_to * count)
-      chosen.push_back(i);
+      chosen.push_back(c);
   }
   return chosen;
+}
+
+/// A member at u ∈ [0, 1) of the area of them all.
+Index member_at(const PatchMesh& mesh, std::span<const Index> members, double area, double u) {
+  double up_to = 0;
+  for (const Index i : members) {
+    up_to += mesh.area(i);
+    if (u * area < up_to) return i;
+  }
+  return members.back();
 }
 
 }  // namespace
@@ -58,17 +69,20 @@ void TracedReference::add_round(Index paths) {
   std::vector<Place> places;
   for (std::size_t k = 0; k < traced_.size(); ++k) {
     RandomStream random(seed_, static_cast<std::uint64_t>(rounds_) << 32 | k);
-    const PatchSampler sampler(*mesh_, traced_[k]);
+    const auto members = mesh_->members(traced_[k]);
     for (Index place = 0; place < count; ++place) {
+      const Index i = members.size() == 1
+                          ? members[0]
+                          : member_at(*mesh_, members, mesh_->cluster_areas()[traced_[k]], random.uniform());
       const double u = random.uniform(), v = random.uniform();
-      places.push_back({sampler.at({u, v}), mesh_->normal(traced_[k]), traced_[k]});
+      places.push_back({PatchSampler(*mesh_, i).at({u, v}), mesh_->normal(i), i});
     }
   }
   const BandArray irradiance = trace_(mesh_, places, each, seed_ + 1 + static_cast<std::uint64_t>(rounds_));
   for (Index k = 0; k < patches(); ++k) {
     const Eigen::Array<double, 1, Eigen::Dynamic> reflected =
         irradiance.middleRows(static_cast<Eigen::Index>(k) * count, count).colwise().mean() *
-        mesh_->material_of(traced_[static_cast<std::size_t>(k)]).reflectance.transpose();
+        mesh_->material_of(mesh_->members(traced_[static_cast<std::size_t>(k)])[0]).reflectance.transpose();
     sum_.row(k) += reflected;
     squares_.row(k) += reflected.square();
   }
@@ -102,7 +116,7 @@ TracedError TracedReference::error(const BandArray& radiosity) const {
     std::vector<double> d, q;  // d_i, and d_i² less what noise adds to it
     double light = 0, squares = 0;
     for (std::size_t k = 0; k < traced_.size(); ++k) {
-      const Index i = traced_[k];
+      const Index i = mesh_->members(traced_[k])[0];
       const auto row = static_cast<Eigen::Index>(k);
       const double difference = radiosity(i, b) - mesh_->material_of(i).emission[b] - all(row, b);
       if (!std::isfinite(difference)) continue;

@@ -131,6 +131,38 @@ TEST(Compare, FindsNoErrorOfExactFactorsAndSaysWhyRunsAreMissing) {
 #endif
 }
 
+// A ball of 1,280 faces in a room, joined to clusters of half a metre.
+TEST(Compare, TellsTheErrorsOfClusters) {
+  MeshBuilder room;
+  room.box({0, 0, 0}, {2, 2, 2}, 1, Facing::inward)
+      .use_material(grey("ball", 0.7, 0))
+      .sphere({1, 1.1, 0.8}, 0.3, 3, Facing::outward);
+  CompareOptions options;
+  options.budget_s = 5;
+  const Comparison all = compare(scene_of(room.build()), PatchSize{0.5}, options);
+  ASSERT_TRUE(all.mesh->clustered());
+  const ComparedMesh& own = all.meshes[all.own];
+  EXPECT_EQ(own.patches, all.mesh->cluster_count());
+  EXPECT_LT(own.patches, 200);
+  EXPECT_GT(all.mesh->patch_count(), 1280);
+  for (Index c = 0; c < all.mesh->cluster_count(); ++c)
+    for (const Index i : all.mesh->members(c))
+      EXPECT_EQ(all.radiosity(i, 0), all.radiosity(all.mesh->members(c)[0], 0));
+  for (const ComparedMesh& mesh : all.meshes) EXPECT_LT(mesh.patches, all.mesh->patch_count());
+  for (const ComparedRun& run : all.runs) {
+    if (!run.left_out.empty()) continue;
+    EXPECT_TRUE(std::isfinite(run.total ? run.total->rms : 0)) << run.method;
+    // Walls that shine and reflect half of it: what the ball hides of them is no more than a tenth.
+    if (run.total && run.standard) {
+      EXPECT_LT(run.total->rms, 0.1) << run.method << " " << run.mesh;
+    }
+  }
+#ifndef __SANITIZE_ADDRESS__
+  ASSERT_TRUE(all.finer.has_value());
+  EXPECT_GE(all.finer->patches, 1.5 * own.patches);
+#endif
+}
+
 TEST(Compare, MeasuresEverySolverAtEveryToleranceOnTheSameF) {
   CompareOptions options;
   options.budget_s = 10;

@@ -55,6 +55,38 @@ TEST(TracedReference, TakesNoiseOutOfTheErrorAndTellsItsOwn) {
   EXPECT_THROW(traced(mesh, alternating, 2, 1, 1), InputError);
 }
 
+// Irradiance of each member its height, over clusters of the faces of a ball: means by area.
+TEST(TracedReference, TakesMeansOverClusters) {
+  MeshBuilder builder;
+  const PatchMesh faces =
+      builder.use_material(grey("ball", 0.5, 0)).sphere({0, 0, 3}, 1, 2, Facing::inward).build();
+  std::vector<Index> octants;
+  for (Index i = 0; i < faces.patch_count(); ++i) {
+    const Vec3 side = faces.centroid(i) - Vec3(0, 0, 3);
+    octants.push_back((side.x() > 0 ? 1 : 0) + (side.y() > 0 ? 2 : 0) + (side.z() > 0 ? 4 : 0));
+  }
+  const PatchMesh mesh = faces.with_clusters(octants);
+  ASSERT_EQ(mesh.cluster_count(), 8);
+  BandArray b(mesh.patch_count(), 1);  // ρ = 1/2
+  for (Index c = 0; c < 8; ++c) {
+    double sum = 0;
+    for (const Index i : mesh.members(c)) sum += mesh.area(i) * mesh.centroid(i).z();
+    for (const Index i : mesh.members(c)) b(i, 0) = sum / mesh.cluster_areas()[c] / 2;
+  }
+  const TraceIrradiance height = [](const auto& on, std::span<const Place> places, Index, std::uint64_t) {
+    BandArray out(static_cast<Eigen::Index>(places.size()), 1);
+    for (std::size_t k = 0; k < places.size(); ++k)
+      out(static_cast<Eigen::Index>(k), 0) = on->centroid(places[k].patch).z();
+    return out;
+  };
+  const TracedReference reference = traced(mesh, height, 16, 1024, 8);
+  EXPECT_EQ(reference.patches(), 8);
+  EXPECT_GT(reference.noise(), 1e-4);
+  EXPECT_NEAR(reference.error(b).mean, 0, 4 * reference.noise());
+  EXPECT_LT(reference.error(b).rms, 4 * reference.noise());
+  EXPECT_NEAR(reference.error(1.1 * b).rms, 0.1, 4 * reference.noise());
+}
+
 // B = E/(1 − ρ) = 2: paths find it, and find what was added.
 TEST(TracedReference, FindsTheFurnaceExactAndWhatWasAddedToIt) {
   const PatchMesh mesh = cube_room(4);

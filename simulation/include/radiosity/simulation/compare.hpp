@@ -51,8 +51,8 @@ std::vector<FormFactorOptions> ladder(const FormFactorMethodInfo& method);
 
 struct ComparedMesh {
   PatchOptions options;
-  double size = 0;  ///< m, the patch size; where no face had to be divided, the longest edge
-  Index patches = 0;
+  double size = 0;       ///< m, the patch size; where no face had to be divided, the longest edge
+  Index patches = 0;     ///< unknowns: clusters where there are any
   double seconds = 0;    ///< for the patches and their visibility
   double own_noise = 0;  ///< ComparedReference::noise of the finer reference, on these patches
 };
@@ -134,7 +134,8 @@ struct Comparison {
 };
 
 /// Upper bound of a run's error, relative as RelativeError::rms: that measured, plus that of the reference. Against the finer
-/// reference where there is one, otherwise of the form factors alone; nothing where the run was not measured.
+/// reference where there is one, otherwise by path tracing, and without that of the form factors alone; nothing where the run was not
+/// measured.
 std::optional<double> error_at_most(const Comparison& comparison, const ComparedRun& run);
 
 /// Costs and errors (error_at_most) of the runs that were measured; `index` is that into Comparison::runs.
@@ -147,8 +148,10 @@ Measured measured(const Comparison& comparison);
 /// Measures the time, memory and error of every method at the settings of its ladder, on meshes of four, two, one and half times the
 /// patch size, and of every solver at tolerances 1e-1 … 1e-8.
 ///
+/// Where small faces are joined to clusters, patches are clusters below: errors are those of means over them.
+///
 /// Errors are against two references of about a quarter of the budget each: one on the user's patches, one on patches of a quarter
-/// (or half) their size, averaged over the coarser ones. Their form factors are
+/// (or half) their size (nested in the user's but where these are clusters), averaged over the coarser ones. Their form factors are
 /// - analytic where no patch hides another, exact in one solution, if both references fit into half of the budget; the finer one on
 ///   patches of a third or half the size if a quarter takes too long;
 /// - elsewhere analytic with 16 times the default number of points, if that fits. The error falls as 1/N with the number of points, so

@@ -20,7 +20,7 @@ using TraceIrradiance =
 
 /// What a TracedReference says of a radiosity. All are shares of the reflected light, of the band whose rms is largest.
 struct TracedError {
-  /// √((Σ d_i² − Σ s_i²) / Σ r_i²), 0 where noise explains all of it: d_i = B_i − E_i − r_i on the patches i that were traced, r_i
+  /// √((Σ d_i² − Σ s_i²) / Σ r_i²), 0 where noise explains all of it: d_i = B_i − E_i − r_i on the patches or clusters i that were traced, r_i
   /// the light that they reflect, of standard error s_i. It is that of RelativeError, of the means of patches.
   double rms = 0;
   double standard_error = 0;  ///< of rms, of noise and of having traced some patches only
@@ -28,7 +28,7 @@ struct TracedError {
   double mean_standard_error = 0;
 };
 
-/// The light that patches reflect, by tracing: an independent reference for solutions on their mesh. Patches are taken evenly by area; in
+/// The light that patches reflect, or clusters of them, by tracing: an independent reference for solutions on their mesh. They are taken evenly by area; in
 /// each round every one is traced from other random places on it, so that the mean over rounds is that of the patch, and the rounds
 /// tell its standard error. What materials mirror or let through is absorbed, as radiosity has it.
 class TracedReference {
@@ -42,7 +42,7 @@ class TracedReference {
   Index rounds() const { return rounds_; }
   /// √(Σ s_i² / Σ r_i²), in the band where it is largest.
   double noise() const;
-  /// Throws InputError where the shape is not that of the mesh, or after fewer than two rounds. Patches whose radiosity is not a number
+  /// Of a radiosity of each patch, alike in a cluster. Throws InputError where the shape is not that of the mesh, or after fewer than two rounds. Patches whose radiosity is not a number
   /// do not count.
   TracedError error(const BandArray& radiosity) const;
 
@@ -53,7 +53,7 @@ class TracedReference {
   std::shared_ptr<const PatchMesh> mesh_;
   TraceIrradiance trace_;
   std::uint64_t seed_;
-  std::vector<Index> traced_;  ///< patches, of large ones some more than once
+  std::vector<Index> traced_;  ///< clusters, of large ones some more than once
   BandArray sum_, squares_;    ///< of the rounds, W/m²
   Index rounds_ = 0;
 };
