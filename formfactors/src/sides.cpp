@@ -143,7 +143,7 @@ std::string name_shares(const std::vector<double>& shares, const PatchMesh& mesh
 }  // namespace
 
 SeenSides seen_sides(const Visibility& visibility, std::uint64_t seed) {
-  constexpr int kPlaces = 2000, kLampPlaces = 200;
+  constexpr int kPlaces = 500, kLampPlaces = 200;
   constexpr double kNearlyAll = 0.9;
   const PatchMesh& mesh = visibility.mesh();
   SeenSides seen;

@@ -151,11 +151,11 @@ Eigen::ArrayXd unreliable_square(const SolvedProblem& problem, std::vector<std::
   return out;
 }
 
-// Of factors that were computed pair by pair: their points and shadow rays are not those that a cheaper method changes. What some
+// Of lamps computed pair by pair: their points and shadow rays are not those that a cheaper method changes. What some
 // clusters receive wrongly stands for all.
 Eigen::ArrayXd pairs_square(const SolvedProblem& problem) {
   const PatchMesh& mesh = problem.patches.mesh;
-  if (!problem.pair_rows || problem.visibility.convex())
+  if (!problem.pair_rows || problem.lamps == 0 || problem.visibility.convex())
     return Eigen::ArrayXd::Zero(problem.solution.radiosity.cols());
   const Index n = mesh.cluster_count();
   const Index asked = std::min(n, std::clamp(n / 32, 32, 256));
