@@ -7,6 +7,7 @@
 
 #include "item_buffer.hpp"
 #include "methods.hpp"
+#include "patch_groups.hpp"
 #include "radiosity/formfactors/sampling.hpp"
 #include "radiosity/meshing/tolerances.hpp"
 #include "viewpoints.hpp"
@@ -16,33 +17,57 @@ namespace {
 
 using item_buffer::kLanes;
 
-std::size_t padded(std::size_t n) {
-  return (n + kLanes - 1) / kLanes * kLanes;
-}
-
 /// All patches as items, and the arrays that item_buffer::Items points to. The planes are those of the facets: depths of
 /// patches of one wall agree to the bit.
 struct ItemArrays {
   explicit ItemArrays(const Visibility& visibility);
-  item_buffer::Items items() const;
+  item_buffer::Items items() const {
+    return {triangles.polygons(), quads.polygons(), nx.size(), nx.data(), ny.data(), nz.data(),
+            offset.data()};
+  }
 
-  std::size_t vertex_count, item_count = 0;
-  std::vector<double> x, y, z, nx, ny, nz, offset;
-  std::array<std::vector<std::int32_t>, 4> corner;
-  std::vector<std::int32_t> plane, content;
+  struct List {
+    void add(const Visibility& visibility, std::span<const Index> vertices, std::int32_t p,
+             std::int32_t shown);
+    item_buffer::Polygons polygons() const {
+      return {plane.size(), numbers.data(), plane.data(), content.data()};
+    }
+    std::size_t count = 0;
+    std::vector<float> numbers;
+    std::vector<std::int32_t> plane, content;
+  };
+  List triangles, quads;
+  std::vector<double> nx, ny, nz, offset;
   std::vector<std::int32_t> plane_of;  // of patches: the number of their facet
 };
 
+void ItemArrays::List::add(const Visibility& visibility, std::span<const Index> vertices, std::int32_t p,
+                           std::int32_t shown) {
+  const std::size_t lane = count++ % kLanes, corners = vertices.size();
+  if (lane == 0) {  // all of which are this polygon, and shown in its place, until others come
+    numbers.resize(numbers.size() + item_buffer::numbers_per_polygon(corners) * kLanes);
+    plane.resize(plane.size() + kLanes);
+    content.resize(content.size() + kLanes);
+  }
+  float* const batch = &numbers[numbers.size() - item_buffer::numbers_per_polygon(corners) * kLanes];
+  for (std::size_t to = lane; to < kLanes; ++to) {
+    for (std::size_t k = 0; k < corners; ++k) {
+      const Vec3 x = visibility.scaled(visibility.mesh().vertex(vertices[k]));
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double value = x[static_cast<Index>(axis)];
+        const auto high = static_cast<float>(value);
+        batch[(6 * k + axis) * kLanes + to] = high;
+        batch[(6 * k + 3 + axis) * kLanes + to] = static_cast<float>(value - static_cast<double>(high));
+      }
+      batch[(6 * corners + k) * kLanes + to] = vertices[k] > vertices[(k + 1) % corners] ? -1.0F : 1.0F;
+    }
+    plane[plane.size() - kLanes + to] = p;
+    content[content.size() - kLanes + to] = shown;
+  }
+}
+
 ItemArrays::ItemArrays(const Visibility& visibility) {
   const PatchMesh& mesh = visibility.mesh();
-  vertex_count = padded(static_cast<std::size_t>(mesh.vertex_count()));
-  for (std::size_t v = 0; v < vertex_count; ++v) {
-    const auto k = std::min(static_cast<Index>(v), mesh.vertex_count() - 1);
-    const Vec3 p = visibility.scaled(mesh.vertex(k));
-    x.push_back(p.x());
-    y.push_back(p.y());
-    z.push_back(p.z());
-  }
   plane_of.resize(mesh.patch_count());
   for (const Facet& facet : visibility.facets()) {
     for (const Index i : facet.patches) plane_of[i] = static_cast<std::int32_t>(nx.size());
@@ -53,44 +78,15 @@ ItemArrays::ItemArrays(const Visibility& visibility) {
     nz.push_back(n.z());
     offset.push_back(n.dot(visibility.scaled(mesh.centroid(facet.patches[0]))));
   }
-  const auto add = [&](const std::array<Index, 4>& corners, std::int32_t p, std::int32_t shown) {
-    for (std::size_t k = 0; k < 4; ++k) corner[k].push_back(static_cast<std::int32_t>(corners[k]));
-    plane.push_back(p);
-    content.push_back(shown);
-    ++item_count;
-  };
-  for (Index i = 0; i < mesh.patch_count(); ++i) {
-    if (visibility.covered(i)) continue;
-    const std::int32_t p = plane_of[i];
-    const std::int32_t shown = item_buffer::kLost + 1 + static_cast<std::int32_t>(mesh.cluster(i));
-    const auto c = mesh.corners(i);
-    if (is_convex_quad(mesh, i)) {  // planar: drawn in one piece
-      add({c[0], c[1], c[2], c[3]}, p, shown);
-    } else {
-      for (const auto& t : mesh.triangles(i)) add({t[0], t[1], t[2], t[2]}, p, shown);
+  for (const PatchGroup& group : patch_groups(mesh, visibility.facets(), Vec3::Zero()))
+    for (const Index i : group.patches) {
+      if (visibility.covered(i)) continue;
+      const std::int32_t shown = item_buffer::kLost + 1 + static_cast<std::int32_t>(mesh.cluster(i));
+      if (is_convex_quad(mesh, i))  // planar: drawn in one piece
+        quads.add(visibility, mesh.corners(i), plane_of[i], shown);
+      else
+        for (const auto& t : mesh.triangles(i)) triangles.add(visibility, t, plane_of[i], shown);
     }
-  }
-  while (plane.size() < padded(item_count) + kLanes) {  // one corner three times: never drawn
-    for (auto& list : corner) list.push_back(0);
-    plane.push_back(0);
-    content.push_back(item_buffer::kLost);
-  }
-}
-
-item_buffer::Items ItemArrays::items() const {
-  return {vertex_count,
-          padded(item_count),
-          nx.size(),
-          x.data(),
-          y.data(),
-          z.data(),
-          {corner[0].data(), corner[1].data(), corner[2].data(), corner[3].data()},
-          plane.data(),
-          content.data(),
-          nx.data(),
-          ny.data(),
-          nz.data(),
-          offset.data()};
 }
 
 /// The hemicube [CohenGreenberg1985]: half a cube of half-width 1 over points of the patch. A cell of area ΔA
@@ -190,23 +186,12 @@ Hemicube::Hemicube(const Visibility& visibility, const FormFactorOptions& option
 void Hemicube::rows(Index first, Index last, bool, const Sink& sink) const {
   const PatchMesh& mesh = visibility_.mesh();
   const item_buffer::Items items = arrays_.items();
-  std::array<std::vector<float>, 5> local;
-  for (auto& axis : local) axis.resize(items.vertices);
-  std::vector<std::int32_t> code(items.vertices), front(items.planes), list(5 * (items.items + kLanes)),
-      item(cells_);
   std::array<std::vector<float>, 3> plane;
   for (auto& part : plane) part.resize(items.planes);
+  std::vector<std::int32_t> front(items.planes), item(cells_);
   std::vector<float> nearness(cells_);
-  const item_buffer::Buffers buffers{
-      {local[0].data(), local[1].data(), local[2].data(), local[3].data(), local[4].data()},
-      code.data(),
-      plane[0].data(),
-      plane[1].data(),
-      plane[2].data(),
-      front.data(),
-      list.data(),
-      item.data(),
-      nearness.data()};
+  const item_buffer::Buffers buffers{plane[0].data(), plane[1].data(), plane[2].data(),
+                                     front.data(),    item.data(),     nearness.data()};
   std::vector<double> sums(4 * (static_cast<std::size_t>(mesh.cluster_count()) + 1), 0);
   std::vector<Index> columns;
   std::vector<double> values;

@@ -147,32 +147,6 @@ constexpr Pyramid kPyramids[5] = {
     {0b1100000, 0b0010100}, {0b1010000, 0b0101000},
 };
 
-// Differences from the eye are taken in double precision: what is near is seen sharply wherever the eye is.
-void to_local(const Items& items, const View& view, const Buffers& out) {
-  const double ex = view.eye[0], ey = view.eye[1], ez = view.eye[2];
-  float m[9];
-  for (int k = 0; k < 9; ++k) m[k] = static_cast<float>(view.frame[k]);
-  float *lx = out.local[0], *ly = out.local[1], *lz = out.local[2], *mx = out.local[3], *my = out.local[4];
-  for (std::size_t v = 0; v < items.vertices; ++v) {
-    const auto dx = static_cast<float>(items.x[v] - ex);
-    const auto dy = static_cast<float>(items.y[v] - ey);
-    const auto dz = static_cast<float>(items.z[v] - ez);
-    lx[v] = m[0] * dx + m[1] * dy + m[2] * dz;
-    ly[v] = m[3] * dx + m[4] * dy + m[5] * dz;
-    lz[v] = m[6] * dx + m[7] * dy + m[8] * dz;
-  }
-  for (std::size_t v = 0; v < items.vertices; v += kLanes) {
-    const Floats x = load(lx + v), y = load(ly + v), z = load(lz + v);
-    store(mx + v, -x);
-    store(my + v, -y);
-    const auto bit = [](const Ints& mask, std::int32_t value) { return mask & splat(value); };
-    const Ints code = bit(z < x, 1) | bit(z < -x, 2) | bit(z < y, 4) | bit(z < -y, 8) | bit(x < y, 16) |
-                      bit(x < -y, 32) | bit(z < splat(0.0F), 64) |
-                      bit(z > splat(tolerance::kSamePlane), kAbove);
-    store(out.code + v, code);
-  }
-}
-
 // The plane n·x = offset appears in the cell (u, v, 1) at depth w with 1/w = n·(u, v, 1) / (n·(plane − eye)), in local axes.
 void planes_to_local(const Items& items, const View& view, const Buffers& out) {
   for (std::size_t p = 0; p < items.planes; ++p) {
@@ -191,176 +165,233 @@ void planes_to_local(const Items& items, const View& view, const Buffers& out) {
   }
 }
 
-// Lists the items that may appear on each face: not those with all corners on the wrong side of one plane of its pyramid,
-// nor below the horizon, nor in the patch's own plane.
-void cull(const Items& items, const Buffers& out, std::int32_t* const* lists, std::size_t* counts) {
-  for (int f = 0; f < 5; ++f) counts[f] = 0;
-  for (std::size_t first = 0; first < items.items; first += kLanes) {
-    Ints all = gather(out.code, items.corner[0] + first);
-    Ints any = all;
-    for (int k = 1; k < 4; ++k) {
-      const Ints code = gather(out.code, items.corner[k] + first);
-      all = all & code;
-      any = any | code;
+struct Triple {
+  Floats x, y, z;
+};
+
+// Bit k is set where the mask is, in lane k.
+std::uint32_t lane_bits(const Ints& mask) {
+  alignas(64) constexpr std::int32_t kBits[kLanes] = {1,       1 << 1,  1 << 2,  1 << 3, 1 << 4,  1 << 5,
+                                                      1 << 6,  1 << 7,  1 << 8,  1 << 9, 1 << 10, 1 << 11,
+                                                      1 << 12, 1 << 13, 1 << 14, 1 << 15};
+  std::int32_t bits[kLanes];
+  store(bits, mask & load(kBits));
+  std::int32_t all = 0;
+  for (const std::int32_t b : bits) all |= b;
+  return static_cast<std::uint32_t>(all);
+}
+
+// Differences from the eye are taken before single precision rounds: what is near is seen sharply wherever the eye is.
+struct Camera {
+  explicit Camera(const View& view) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      high[k] = static_cast<float>(view.eye[k]);
+      low[k] = static_cast<float>(view.eye[k] - static_cast<double>(high[k]));
     }
-    const Ints facing = gather(out.front, items.plane + first);
-    const Ints none = splat(0);
-    const Ints skipped = ((any & splat(kAbove)) == none) | (facing == none);
-    for (int f = 0; f < 5; ++f) {
-      const Ints reaches =
-          ~skipped & (((all & splat(kPyramids[f].positive)) | (~any & splat(kPyramids[f].negative))) == none);
-      std::int32_t flags[kLanes];
-      store(flags, reaches);
-      std::int32_t* list = lists[f];
-      std::size_t n = counts[f];
-      for (std::size_t k = 0; k < kLanes; ++k) {
-        list[n] = static_cast<std::int32_t>(first + k);
-        n += static_cast<std::size_t>(-flags[k]);
+    for (std::size_t k = 0; k < 9; ++k) m[k] = static_cast<float>(view.frame[k]);
+  }
+  Triple to_local(const float* corner) const {
+    Floats d[3];
+    for (std::size_t k = 0; k < 3; ++k)
+      d[k] = (load(corner + k * kLanes) - splat(high[k])) + (load(corner + (3 + k) * kLanes) - splat(low[k]));
+    const auto along = [&](std::size_t row) {
+      return splat(m[row]) * d[0] + splat(m[row + 1]) * d[1] + splat(m[row + 2]) * d[2];
+    };
+    return {along(0), along(3), along(6)};
+  }
+  float high[3], low[3], m[9];
+};
+
+Ints code_of(const Triple& p) {
+  const auto& [x, y, z] = p;
+  const auto bit = [](const Ints& mask, std::int32_t value) { return mask & splat(value); };
+  return bit(z < x, 1) | bit(z < -x, 2) | bit(z < y, 4) | bit(z < -y, 8) | bit(x < y, 16) | bit(x < -y, 32) |
+         bit(z < splat(0.0F), 64) | bit(z > splat(tolerance::kSamePlane), kAbove);
+}
+
+// Values of the local axes 0 x, 1 y, 2 z, 3 −x, 4 −y.
+struct Axes {
+  alignas(64) float value[5][kLanes];
+};
+void store_axes(Axes& out, const Triple& p) {
+  store(out.value[0], p.x);
+  store(out.value[1], p.y);
+  store(out.value[2], p.z);
+  store(out.value[3], -p.x);
+  store(out.value[4], -p.y);
+}
+
+// Of kLanes polygons.
+template <std::size_t kCorners>
+struct Batch {
+  Axes corner[kCorners], edge[kCorners];
+  Axes nearness;  // of their planes
+  std::int32_t shows[kLanes];
+};
+
+template <std::size_t kCorners>
+void draw_face(const Batch<kCorners>& batch, const Ints& reaches, const Face& face, int resolution,
+               const Buffers& buffers) {
+  const float per_cell = static_cast<float>(resolution) / 2;
+  const std::int32_t right = face.right, up = face.up, forward = face.forward;
+  const float *const tile_u = face.tile_u, *const tile_v = face.tile_v;
+  const auto tile_columns = static_cast<std::size_t>(face.tile_columns);
+  float* const depths = buffers.nearness + face.first_cell;
+  std::int32_t* const cells = buffers.item + face.first_cell;
+  const Floats infinite = splat(3e38F);
+  // Bounds of u and v, times w > 0: those of the corners in front of the eye; where an edge passes w = 0 the polygon goes to
+  // infinity in its direction there.
+  Floats u_low = infinite, u_high = -infinite, v_low = infinite, v_high = -infinite;
+  for (std::size_t k = 0; k < kCorners; ++k) {
+    const Axes &a = batch.corner[k], &b = batch.corner[(k + 1) % kCorners];
+    const Floats aw = load(a.value[forward]), bw = load(b.value[forward]);
+    const Ints a_front = aw > splat(1e-6F), b_front = bw > splat(1e-6F);
+    const Floats per_w = splat(1.0F) / aw;
+    const Floats u = load(a.value[right]) * per_w, v = load(a.value[up]) * per_w;
+    u_low = select(a_front, min(u_low, u), u_low);
+    u_high = select(a_front, max(u_high, u), u_high);
+    v_low = select(a_front, min(v_low, v), v_low);
+    v_high = select(a_front, max(v_high, v), v_high);
+    const Ints crosses = a_front ^ b_front;
+    if (lane_bits(crosses) == 0) continue;
+    const auto at_zero = [&](std::int32_t axis) {  // where w = 0, times the difference of w
+      const Floats at = aw * load(b.value[axis]) - bw * load(a.value[axis]);
+      return select(a_front, at, -at);
+    };
+    const Floats cross_u = at_zero(right), cross_v = at_zero(up);
+    const Floats slack = splat(1e-5F) * (abs(aw) + abs(bw));
+    u_high = select(crosses & (cross_u > -slack), infinite, u_high);
+    u_low = select(crosses & (cross_u < slack), -infinite, u_low);
+    v_high = select(crosses & (cross_v > -slack), infinite, v_high);
+    v_low = select(crosses & (cross_v < slack), -infinite, v_low);
+  }
+  // Cells whose centres may be inside; a hundredth of a cell for rounding.
+  const float columns = static_cast<float>(resolution - 1), rows = static_cast<float>(face.rows - 1);
+  const auto first_cell = [&](const Floats& low, float origin, float last) {
+    const Floats c = (low - splat(origin)) * splat(per_cell) + splat(0.49F);
+    return truncated(min(max(c, splat(0.0F)), splat(last + 1)));
+  };
+  const auto last_cell = [&](const Floats& high, float origin, float last) {
+    const Floats c = min((high - splat(origin)) * splat(per_cell) - splat(0.49F), splat(last));
+    return select(c < splat(0.0F), splat(-1), truncated(max(c, splat(0.0F))));
+  };
+  const Ints first_column = first_cell(u_low, -1, columns), last_column = last_cell(u_high, -1, columns);
+  const Ints first_row = first_cell(v_low, face.v0, rows), last_row = last_cell(v_high, face.v0, rows);
+  std::int32_t column_first[kLanes], column_last[kLanes], row_first[kLanes], row_last[kLanes];
+  store(column_first, first_column);
+  store(column_last, last_column);
+  store(row_first, first_row);
+  store(row_last, last_row);
+  std::uint32_t lanes = lane_bits(reaches & ~(first_column > last_column) & ~(first_row > last_row));
+  for (; lanes != 0; lanes &= lanes - 1) {
+    const auto lane = static_cast<std::size_t>(__builtin_ctz(lanes));
+    // Linear in u and v: a[0] u + a[1] v + a[2]; ≥ 0 inside of an edge.
+    struct Linear {
+      Floats a[3];
+    };
+    const auto linear = [&](const Axes& axes) {
+      return Linear{
+          {splat(axes.value[right][lane]), splat(axes.value[up][lane]), splat(axes.value[forward][lane])}};
+    };
+    Linear edge[kCorners];
+    for (std::size_t k = 0; k < kCorners; ++k) edge[k] = linear(batch.edge[k]);
+    const Linear nearness = linear(batch.nearness);
+    const Ints shows = splat(batch.shows[lane]);
+    const auto tile_first = static_cast<std::size_t>(column_first[lane] / kTile) * kLanes,
+               tile_last = static_cast<std::size_t>(column_last[lane] / kTile) * kLanes;
+    const auto row_end = static_cast<std::size_t>(row_last[lane] / kTile) * kLanes;
+    for (std::size_t row = static_cast<std::size_t>(row_first[lane] / kTile) * kLanes; row <= row_end;
+         row += kLanes) {
+      const Floats v = load(tile_v + row);
+      Floats rest[kCorners];
+      for (std::size_t k = 0; k < kCorners; ++k) rest[k] = edge[k].a[1] * v + edge[k].a[2];
+      const Floats rest_near = nearness.a[1] * v + nearness.a[2];
+      float* const depth = depths + row * tile_columns;
+      std::int32_t* const cell = cells + row * tile_columns;
+      for (std::size_t tile = tile_first; tile <= tile_last; tile += kLanes) {
+        const Floats u = load(tile_u + tile);
+        Floats inside = edge[0].a[0] * u + rest[0];
+        for (std::size_t k = 1; k < kCorners; ++k) inside = min(inside, edge[k].a[0] * u + rest[k]);
+        const Floats near = nearness.a[0] * u + rest_near;
+        const Floats before = load(depth + tile);
+        const Ints wins = (inside >= splat(0.0F)) & (near > before);
+        store(depth + tile, select(wins, near, before));
+        store(cell + tile, select(wins, shows, load(cell + tile)));
       }
-      counts[f] = n;
     }
   }
 }
 
-struct Triple {
-  Floats u, v, w;
-};
-
-// A homogeneous rasteriser [OlanoGreer1997]: the direction q = (u, v, 1) of a cell meets the item iff q·(a × b) ≥ 0 for each
-// edge ab (counter-clockwise seen from the eye), which needs no clipping, whatever lies behind the eye. Two items that share
+// A homogeneous rasteriser [OlanoGreer1997]: the direction q = (u, v, 1) of a cell meets the polygon iff q·(a × b) ≥ 0 for each
+// edge ab (counter-clockwise seen from the eye), which needs no clipping, whatever lies behind the eye. Two polygons that share
 // an edge see it with the opposite sign, to the bit, so no cell falls between them. (This file is built without fused
 // multiply-add, which a compiler may use for some lanes and not for others.)
-void draw_face(const Items& items, const Face& face, int resolution, const std::int32_t* list,
-               std::size_t count, const Buffers& buffers) {
-  const float* const axis_u = buffers.local[face.right];
-  const float* const axis_v = buffers.local[face.up];
-  const float* const axis_w = buffers.local[face.forward];
-  const float per_cell = static_cast<float>(resolution) / 2;
-  const Floats infinite = splat(3e38F);
-  // Of planes: nearness along the face's axes; up and forward are never −z.
-  const auto plane_part = [&](std::int32_t axis, const std::int32_t* plane) {
-    const float* const part[3] = {buffers.pu, buffers.pv, buffers.pw};
-    const Floats n = gather(part[axis % 3], plane);
-    return axis < 3 ? n : -n;
-  };
-  for (std::size_t first = 0; first < count; first += kLanes) {
-    const std::int32_t* const item = list + first;
-    std::int32_t plane[kLanes];
-    std::int32_t facing[kLanes];
-    std::int32_t content[kLanes];
-    store(plane, gather(items.plane, item));
-    store(facing, gather(buffers.front, plane));
-    store(content, gather(items.content, item));
-    Triple p[4];
-    Ints corner[4];
-    for (int k = 0; k < 4; ++k) {
-      corner[k] = gather(items.corner[k], item);
-      std::int32_t index[kLanes];
-      store(index, corner[k]);
-      p[k] = {gather(axis_u, index), gather(axis_v, index), gather(axis_w, index)};
+template <std::size_t kCorners>
+void draw_polygons(const Polygons& polygons, const View& view, const Face* faces, int resolution,
+                   const Buffers& buffers) {
+  const Camera camera(view);
+  Batch<kCorners> batch;
+  const float* numbers = polygons.numbers;
+  for (std::size_t first = 0; first < polygons.count;
+       first += kLanes, numbers += numbers_per_polygon(kCorners) * kLanes) {
+    const std::int32_t* const plane = polygons.plane + first;
+    const Ints facing = gather(buffers.front, plane);
+    Triple corner[kCorners];
+    Ints all = splat(-1), any = splat(0);
+    for (std::size_t k = 0; k < kCorners; ++k) {
+      corner[k] = camera.to_local(numbers + 6 * k * kLanes);
+      const Ints code = code_of(corner[k]);
+      all = all & code;
+      any = any | code;
     }
-    // Bounds of u and v, times w > 0: those of the corners in front of the eye; where an edge passes w = 0 the item goes to
-    // infinity in its direction there.
-    Floats u_low = infinite, u_high = -infinite, v_low = infinite, v_high = -infinite;
-    alignas(64) float edge[4][3][kLanes];
-    const Floats sign = select(load(facing) == splat(1), splat(-1.0F), splat(1.0F));
-    for (int k = 0; k < 4; ++k) {
-      const Triple &a = p[k], &b = p[(k + 1) % 4];
-      // a × b = a × (b − a), from the vertex of the smaller number: both items see the same bits, and the line passes the
-      // vertices within a rounding of their distance, not of that divided by the edge's length.
-      const Ints turned = corner[k] > corner[(k + 1) % 4];
-      const Triple from{select(turned, b.u, a.u), select(turned, b.v, a.v), select(turned, b.w, a.w)};
-      const Triple along{select(turned, a.u, b.u) - from.u, select(turned, a.v, b.v) - from.v,
-                         select(turned, a.w, b.w) - from.w};
-      const Floats direction = select(turned, splat(-1.0F), splat(1.0F));
-      const Triple e{direction * (from.v * along.w - from.w * along.v),
-                     direction * (from.w * along.u - from.u * along.w),
-                     direction * (from.u * along.v - from.v * along.u)};
-      store(edge[k][0], e.u * sign);
-      store(edge[k][1], e.v * sign);
-      store(edge[k][2], e.w * sign);
-      const Ints a_front = a.w > splat(1e-6F), b_front = b.w > splat(1e-6F);
-      const Floats u = a.u / a.w, v = a.v / a.w;
-      u_low = select(a_front, min(u_low, u), u_low);
-      u_high = select(a_front, max(u_high, u), u_high);
-      v_low = select(a_front, min(v_low, v), v_low);
-      v_high = select(a_front, max(v_high, v), v_high);
-      const Ints crosses = a_front ^ b_front;
-      const Floats cross_u = select(a_front, e.v, -e.v), cross_v = select(a_front, -e.u, e.u);
-      const Floats slack = splat(1e-5F) * (abs(a.w) + abs(b.w));
-      u_high = select(crosses & (cross_u > -slack), infinite, u_high);
-      u_low = select(crosses & (cross_u < slack), -infinite, u_low);
-      v_high = select(crosses & (cross_v > -slack), infinite, v_high);
-      v_low = select(crosses & (cross_v < slack), -infinite, v_low);
+    // Not those with all corners on the wrong side of one plane of a face's pyramid, nor below the horizon, nor in the patch's own
+    // plane.
+    const Ints none = splat(0);
+    const Ints skipped = ((any & splat(kAbove)) == none) | (facing == none);
+    Ints reaches[5];
+    Ints reach = none;
+    for (int f = 0; f < 5; ++f) {
+      reaches[f] =
+          ~skipped & (((all & splat(kPyramids[f].positive)) | (~any & splat(kPyramids[f].negative))) == none);
+      reach = reach | (reaches[f] & splat(1 << f));
     }
-    // Cells whose centres may be inside; a hundredth of a cell for rounding.
-    const float columns = static_cast<float>(resolution - 1), rows = static_cast<float>(face.rows - 1);
-    const auto first_cell = [&](const Floats& low, float origin, float last) {
-      const Floats c = (low - splat(origin)) * splat(per_cell) + splat(0.49F);
-      return truncated(min(max(c, splat(0.0F)), splat(last + 1)));
-    };
-    const auto last_cell = [&](const Floats& high, float origin, float last) {
-      const Floats c = min((high - splat(origin)) * splat(per_cell) - splat(0.49F), splat(last));
-      return select(c < splat(0.0F), splat(-1), truncated(max(c, splat(0.0F))));
-    };
-    std::int32_t column_first[kLanes], column_last[kLanes], row_first[kLanes], row_last[kLanes];
-    store(column_first, first_cell(u_low, -1, columns));
-    store(column_last, last_cell(u_high, -1, columns));
-    store(row_first, first_cell(v_low, face.v0, rows));
-    store(row_last, last_cell(v_high, face.v0, rows));
-    alignas(64) float nearness[3][kLanes];
-    store(nearness[0], plane_part(face.right, plane));
-    store(nearness[1], plane_part(face.up, plane));
-    store(nearness[2], plane_part(face.forward, plane));
+    std::int32_t bits[kLanes];
+    store(bits, reach);
+    std::int32_t reached = 0;
+    for (const std::int32_t b : bits) reached |= b;
+    if (reached == 0) continue;
 
-    const std::size_t lanes = count - first < kLanes ? count - first : kLanes;
-    for (std::size_t lane = 0; lane < lanes; ++lane) {
-      if (column_first[lane] > column_last[lane] || row_first[lane] > row_last[lane]) continue;
-      const std::int32_t shows = facing[lane] > 0 ? content[lane] : kLost;
-      const int tile_first = column_first[lane] / kTile, tile_last = column_last[lane] / kTile;
-      const int tile_row_last = row_last[lane] / kTile;
-      for (int tile_row = row_first[lane] / kTile; tile_row <= tile_row_last; ++tile_row) {
-        const Floats v = load(face.tile_v + static_cast<std::size_t>(tile_row) * kLanes);
-        Floats rest[4];
-        for (int k = 0; k < 4; ++k) rest[k] = splat(edge[k][1][lane]) * v + splat(edge[k][2][lane]);
-        const Floats rest_near = splat(nearness[1][lane]) * v + splat(nearness[2][lane]);
-        const std::size_t row_of_tiles = face.first_cell + static_cast<std::size_t>(tile_row) *
-                                                               static_cast<std::size_t>(face.tile_columns) *
-                                                               kLanes;
-        for (int tile = tile_first; tile <= tile_last; ++tile) {
-          const std::size_t offset = static_cast<std::size_t>(tile) * kLanes;
-          const Floats u = load(face.tile_u + offset);
-          const Floats inside =
-              min(min(splat(edge[0][0][lane]) * u + rest[0], splat(edge[1][0][lane]) * u + rest[1]),
-                  min(splat(edge[2][0][lane]) * u + rest[2], splat(edge[3][0][lane]) * u + rest[3]));
-          const Floats near = splat(nearness[0][lane]) * u + rest_near;
-          float* const depth = buffers.nearness + row_of_tiles + offset;
-          std::int32_t* const cell = buffers.item + row_of_tiles + offset;
-          const Floats before = load(depth);
-          const Ints wins = (inside >= splat(0.0F)) & (near > before);
-          store(depth, select(wins, near, before));
-          store(cell, select(wins, splat(shows), load(cell)));
-        }
-      }
+    const Floats sign = select(facing == splat(1), splat(-1.0F), splat(1.0F));
+    for (std::size_t k = 0; k < kCorners; ++k) {
+      store_axes(batch.corner[k], corner[k]);
+      // a × b = a × (b − a), from the same one of the two for both polygons: they see the same bits, and the line passes the
+      // corners within a rounding of their distance, not of that divided by the edge's length.
+      const Triple &a = corner[k], &b = corner[(k + 1) % kCorners];
+      const Floats direction = load(numbers + (6 * kCorners + k) * kLanes);
+      const Ints turned = direction < splat(0.0F);
+      const Triple from{select(turned, b.x, a.x), select(turned, b.y, a.y), select(turned, b.z, a.z)};
+      const Triple along{select(turned, a.x, b.x) - from.x, select(turned, a.y, b.y) - from.y,
+                         select(turned, a.z, b.z) - from.z};
+      const Floats signs = direction * sign;
+      store_axes(batch.edge[k], {signs * (from.y * along.z - from.z * along.y),
+                                 signs * (from.z * along.x - from.x * along.z),
+                                 signs * (from.x * along.y - from.y * along.x)});
     }
+    store_axes(batch.nearness,
+               {gather(buffers.pu, plane), gather(buffers.pv, plane), gather(buffers.pw, plane)});
+    store(batch.shows, select(facing == splat(1), load(polygons.content + first), splat(kLost)));
+    for (int f = 0; f < 5; ++f)
+      if ((reached >> f & 1) != 0) draw_face(batch, reaches[f], faces[f], resolution, buffers);
   }
 }
 
 void draw(const Items& items, const View& view, const Face* faces, int resolution, std::size_t cells,
           const Buffers& buffers) {
-  to_local(items, view, buffers);
   planes_to_local(items, view, buffers);
-  std::int32_t* lists[5];
-  std::size_t counts[5];
-  for (std::size_t f = 0; f < 5; ++f) lists[f] = buffers.list + f * (items.items + kLanes);
-  cull(items, buffers, lists, counts);
   for (std::size_t c = 0; c < cells; ++c) buffers.item[c] = kLost;
   for (std::size_t c = 0; c < cells; ++c) buffers.nearness[c] = 0;
-  for (std::size_t f = 0; f < 5; ++f) {
-    // Beyond the end the last batch looks at item 0, and draws nothing of it.
-    for (std::size_t k = 0; k < kLanes; ++k) lists[f][counts[f] + k] = 0;
-    draw_face(items, faces[f], resolution, lists[f], counts[f], buffers);
-  }
+  draw_polygons<4>(items.quads, view, faces, resolution, buffers);
+  draw_polygons<3>(items.triangles, view, faces, resolution, buffers);
 }
 
 void add_shares(const std::int32_t* item, const float* share, std::size_t cells, double weight,

@@ -10,21 +10,29 @@
 /// processors of several levels; an inline function or a template shared with other sources could be linked from there into all of them.
 namespace radiosity::item_buffer {
 
-/// Vertices and items are handled so many at a time; arrays are padded to multiples of it.
+/// Polygons are handled so many at a time, their arrays padded to a multiple of it.
 inline constexpr std::size_t kLanes = 16;
 /// Cells are stored in tiles of 4 × 4, one vector.
 inline constexpr int kTile = 4;
 /// What a cell holds that shows no patch's front; patch j is kLost + 1 + j.
 inline constexpr std::int32_t kLost = 0;
 
-/// Convex polygons of three or four corners, structure of arrays, in scaled coordinates (see Visibility::scaled).
-/// A triangle repeats its last corner.
+/// Convex polygons, all of three or all of four corners, counter-clockwise about the front normal, in scaled coordinates (see
+/// Visibility::scaled).
+struct Polygons {
+  std::size_t count;
+  /// Of each kLanes of them, kLanes numbers each: of every corner x, y, z and what single precision left of these; of every edge, from
+  /// corner k to k + 1, 1 or, where another polygon may have it the other way round, −1 on one of the two.
+  const float* numbers;
+  const std::int32_t *plane, *content;
+};
+constexpr std::size_t numbers_per_polygon(std::size_t corners) {
+  return 7 * corners;
+}
+
 struct Items {
-  std::size_t vertices, items,
-      planes;                     // padded vertices repeat others; items beyond the last one have no area
-  const double *x, *y, *z;        // of vertices
-  const std::int32_t* corner[4];  // vertex, of items; counter-clockwise about the front normal
-  const std::int32_t *plane, *content;  // of items
+  Polygons triangles, quads;
+  std::size_t planes;
   const double *nx, *ny, *nz, *offset;  // of planes: n·x = offset
 };
 
@@ -49,11 +57,8 @@ struct Face {
 
 /// Memory of one thread.
 struct Buffers {
-  float* local[5];      // x, y, z, −x, −y of vertices
-  std::int32_t* code;   // of vertices: which side of which plane of the faces' pyramids
   float *pu, *pv, *pw;  // of planes: nearness of the cell (u, v, 1) of local axes
   std::int32_t* front;  // of planes: 1 front, −1 back, 0 edge on
-  std::int32_t* list;   // of items to draw on one face, padded by kLanes; room for 5 · (items + kLanes)
   std::int32_t* item;   // of cells: kLost or kLost + 1 + patch
   float* nearness;      // of cells
 };

@@ -451,6 +451,103 @@ bool Occluders::hides(const Convex& polygon, std::span<const Vec3> p, std::span<
   return true;
 }
 
+// Where all segments between corners pass through a convex body, all segments do: seen from a point of one, what is behind the body
+// is convex.
+bool Occluders::solid_hides(const std::vector<std::size_t>& solid, std::span<const Vec3> p,
+                            std::span<const Vec3> q) const {
+  const double slack = tolerance::kGrazed;
+  return std::all_of(p.begin(), p.end(), [&](const Vec3& x) {
+    return std::all_of(q.begin(), q.end(), [&](const Vec3& y) {
+      double enter = 0, leave = 1;
+      for (const std::size_t o : solid) {
+        const double hx = polygons_[o].normal.dot(x) - polygons_[o].offset;
+        const double hy = polygons_[o].normal.dot(y) - polygons_[o].offset;
+        if (hx > 0 && hy > 0) return false;
+        if (hx > 0) enter = std::max(enter, hx / (hx - hy));
+        if (hy > 0) leave = std::min(leave, hx / (hx - hy));
+        if (leave - enter <= slack) return false;
+      }
+      return true;
+    });
+  });
+}
+
+// All segments meet the facet's plane within the hull of where those between corners meet it; of that nothing may be left beside
+// the pieces.
+bool Occluders::facet_hides(std::span<const int> pieces, std::span<const Vec3> p,
+                            std::span<const Vec3> q) const {
+  const Convex& first = polygons_[static_cast<std::size_t>(pieces[0])];
+  const Vec3 u = (first.corners[1] - first.corners[0]).normalized(), v = first.normal.cross(u);
+  std::vector<Eigen::Vector2d> points;
+  for (const Vec3& x : p) {
+    const double hx = first.normal.dot(x) - first.offset;
+    for (const Vec3& y : q) {
+      const double hy = first.normal.dot(y) - first.offset;
+      if (hx * hy >= 0) return false;
+      const Vec3 cut = x + hx / (hx - hy) * (y - x) - first.corners[0];
+      points.emplace_back(u.dot(cut), v.dot(cut));
+    }
+  }
+  // The hull by Andrew's monotone chain.
+  std::ranges::sort(
+      points, [](const auto& a, const auto& b) { return a.x() != b.x() ? a.x() < b.x() : a.y() < b.y(); });
+  std::vector<Eigen::Vector2d> hull;
+  const auto left = [](const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) {
+    return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
+  };
+  for (int way = 0; way < 2; ++way) {
+    const std::size_t begin = hull.size();
+    for (const auto& c : points) {
+      while (hull.size() >= begin + 2 && left(hull[hull.size() - 2], hull.back(), c) <= 0) hull.pop_back();
+      hull.push_back(c);
+    }
+    hull.pop_back();
+    std::ranges::reverse(points);
+  }
+  if (hull.size() < 3) return false;
+  const auto area = [](std::span<const Vec3> polygon) {
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t k = 1; k + 1 < polygon.size(); ++k)
+      sum += (polygon[k] - polygon[0]).cross(polygon[k + 1] - polygon[0]);
+    return sum.norm();
+  };
+  std::vector<Vec3> whole, part, inside;
+  for (const auto& c : hull) whole.push_back(first.corners[0] + c.x() * u + c.y() * v);
+  double covered = 0;
+  for (const int o : pieces) {
+    const Convex& piece = polygons_[static_cast<std::size_t>(o)];
+    part = whole;
+    for (std::size_t k = 0; k < piece.corners.size() && !part.empty(); ++k) {
+      const Vec3 out = (piece.corners[(k + 1) % piece.corners.size()] - piece.corners[k]).cross(piece.normal);
+      keep_below(part, out, out.dot(piece.corners[k]), inside);
+    }
+    if (part.size() >= 3) covered += area(part);
+  }
+  return covered >= (1 - tolerance::kGrazed) * area(whole);
+}
+
+bool Occluders::hide_together(std::span<const int> polygons, std::span<const Vec3> p,
+                              std::span<const Vec3> q) const {
+  for (std::size_t k = 0; k < polygons.size(); ++k) {
+    const Convex& polygon = polygons_[static_cast<std::size_t>(polygons[k])];
+    const auto same = [&](int o) {
+      const Convex& other = polygons_[static_cast<std::size_t>(o)];
+      return polygon.solid != kNoSolid ? other.solid == polygon.solid : other.facet == polygon.facet;
+    };
+    const auto rest = polygons.subspan(k + 1);
+    if (std::any_of(polygons.begin(), polygons.begin() + static_cast<std::ptrdiff_t>(k), same)) continue;
+    if (polygon.solid != kNoSolid) {
+      if (std::any_of(rest.begin(), rest.end(), same) && solid_hides(solids_[polygon.solid], p, q))
+        return true;
+    } else if (std::any_of(rest.begin(), rest.end(), same)) {
+      std::vector<int> pieces;
+      std::copy_if(polygons.begin(), polygons.end(), std::back_inserter(pieces), same);
+      if (facet_hides(pieces, p, q)) return true;
+    }
+  }
+  return false;
+}
+
 Occluders::View Occluders::approach(Index i, std::span<const Vec3> p, std::size_t g, Scratch& scratch) const {
   const PatchGroup& group = groups_[g];
   if (!between(patch_sides_, row_[i], p, group_sides_, g, group.corners, scratch.near)) return View::hidden;
@@ -458,6 +555,7 @@ Occluders::View Occluders::approach(Index i, std::span<const Vec3> p, std::size_
     make_shaft(p, group.corners, scratch);
     std::erase_if(scratch.near, [&](int o) { return !in_shaft(polygons_[o], scratch); });
   }
+  if (hide_together(scratch.near, p, group.corners)) return View::hidden;
   return scratch.near.empty() ? View::free : View::partial;
 }
 
@@ -487,6 +585,7 @@ Occluders::View Occluders::narrow(std::span<const Vec3> p, std::span<const Vec3>
   make_shaft(p, q, scratch);
   std::erase_if(scratch.candidates, [&](int o) { return !in_shaft(polygons_[o], scratch); });
   if (scratch.candidates.empty()) return View::free;
+  if (hide_together(scratch.candidates, p, q)) return View::hidden;
   return scratch.candidates.size() > kMostShadows ? View::crowded : View::partial;
 }
 

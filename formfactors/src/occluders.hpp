@@ -160,6 +160,11 @@ class Occluders {
   void make_shaft(std::span<const Vec3> p, std::span<const Vec3> q, Scratch& scratch) const;
   bool in_shaft(const Convex& polygon, const Scratch& scratch) const;
   bool hides(const Convex& polygon, std::span<const Vec3> p, std::span<const Vec3> q) const;
+  // Whether some of these polygons hide p and q from each other together: those of one convex solid, or pieces of one facet.
+  bool hide_together(std::span<const int> polygons, std::span<const Vec3> p, std::span<const Vec3> q) const;
+  bool solid_hides(const std::vector<std::size_t>& solid, std::span<const Vec3> p,
+                   std::span<const Vec3> q) const;
+  bool facet_hides(std::span<const int> pieces, std::span<const Vec3> p, std::span<const Vec3> q) const;
   bool look_through(const Convex& polygon, const Vec3& x, std::span<const Vec3> q,
                     std::vector<Vec3>& cuts) const;
   struct Round {

@@ -309,12 +309,16 @@ std::optional<double> PairFactors::visible_by_areas(Index i, const Polygon& from
     const auto too_high = [&] {
       return std::any_of(part.begin(), part.end(), [&](const Vec3& c) { return height(c) > 0.999 * least; });
     };
-    if (too_high()) Occluders::clip_to_shaft(part, scratch);
-    if (part.size() < 3) continue;
+    thread_local std::vector<Vec3> clipped;
+    clipped = part;
+    if (part.size() >= 3) Occluders::clip_to_shaft(clipped, scratch);
+    if (clipped.size() < 3) part.clear();
+    if (part.empty()) continue;
+    if (too_high()) part = clipped;
     corners += part.size();
-    constexpr std::size_t kManyCorners = 16;
-    if (corners > kManyCorners) return std::nullopt;
+    if (corners > ShadowShare::kMostCorners) return std::nullopt;
   }
+  if (corners == 0) return 1.0;
   thread_local ShadowShare::Points at;
   at.clear();
   for_each_point(from, points, [&](const Vec3& x, double weight) { at.add(x, weight); });

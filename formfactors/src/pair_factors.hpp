@@ -21,8 +21,7 @@ namespace radiosity {
 /// Elsewhere the polygons of the scene as they were before they were cut into patches are asked (Occluders): most pairs
 /// are proved to see all or nothing of each other. The others take the fraction
 ///   Σ_k w_k F(x_k → visible part of j) / Σ_k w_k F(x_k → j)
-/// over N points x_k of the smaller patch, each term exact or, where patches are some radii apart and shadows do not overlap, by
-/// ShadowShare. Its error goes like F/N, so the sum of squares over all pairs
+/// over N points x_k of the smaller patch, each term exact or, where patches are some radii apart, by ShadowShare. Its error goes like F/N, so the sum of squares over all pairs
 /// is least for a given work where
 ///   N = samples · min(16, (n F)^(2/3)),   F the larger of F_ij and F_ji without occlusion, n the number of patches, at
 /// least 256.

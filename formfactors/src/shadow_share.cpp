@@ -2,6 +2,7 @@
 #include "shadow_share.hpp"
 
 #include <algorithm>
+#include <bit>
 
 #include "vectors.hpp"
 
@@ -72,41 +73,119 @@ RADIOSITY_INLINE Lanes larger(const Lanes& a, const Lanes& b) {
   return select(greater(a, b), a, b);
 }
 
+constexpr double kTiny = 1e-90;
+RADIOSITY_INLINE Lanes not_zero(const Lanes& x) {
+  return select(greater(absolute(x), Lanes{} + kTiny), x, Lanes{} + kTiny);
+}
+
 // ∫ P du along the edge from (u0, v0) to (u1, v1), both held to q.
 template <bool kTriangle>
 RADIOSITY_INLINE Lanes along_edge(const Kernel<kTriangle>& kernel, const Lanes& u0, const Lanes& v0,
                                   const Lanes& u1, const Lanes& v1) {
-  const Lanes zero{}, one = zero + 1, tiny = zero + 1e-200;
-  const auto not_zero = [&](const Lanes& x)
-                            RADIOSITY_INLINED { return select(greater(absolute(x), tiny), x, tiny); };
+  const Lanes zero{}, one = zero + 1;
+  // Where the edge is within the strip |u| ≤ ½.
+  if (!any(greater(larger(u0, u1), zero - 0.5) & greater(zero + 0.5, smaller(u0, u1)))) return zero;
   const Lanes du = u1 - u0, dv = v1 - v0;
   const auto u_at = [&](const Lanes& t) RADIOSITY_INLINED { return u0 + t * du; };
-  // Where the edge is within the strip |u| ≤ ½.
-  const Lanes per_u = 1 / not_zero(du);
+  const Lanes low_slope = not_zero(dv), high_slope = kTriangle ? not_zero(du - dv) : -low_slope;
+  const Lanes u_slope = not_zero(du);
+  // Of all three slopes by one division.
+  const Lanes per_low_high = 1 / (u_slope * (kTriangle ? low_slope * high_slope : low_slope));
+  const Lanes per_u = per_low_high * (kTriangle ? low_slope * high_slope : low_slope);
+  const Lanes per_low = per_low_high * (kTriangle ? u_slope * high_slope : u_slope);
+  const Lanes per_high = kTriangle ? per_low_high * (u_slope * low_slope) : -per_low;
   const Lanes ua = (-0.5 - u0) * per_u, ub = (0.5 - u0) * per_u;
   const Lanes begin = smaller(larger(smaller(ua, ub), zero), one);
   const Lanes end = larger(smaller(larger(ua, ub), one), begin);
   // And there neither below q nor above it: both heights over its sides are linear along the edge.
   const Lanes low = v0 + 0.5, high = kTriangle ? u0 - v0 : 0.5 - v0;
-  const Lanes low_slope = not_zero(dv), high_slope = not_zero(kTriangle ? du - dv : -dv);
-  const Lanes cross_low = -low / low_slope, cross_high = -high / high_slope;
+  const Lanes cross_low = -low * per_low, cross_high = -high * per_high;
   const LaneBits low_rises = greater(low_slope, zero), high_rises = greater(high_slope, zero);
   const Lanes from = larger(select(low_rises, cross_low, begin), select(high_rises, cross_high, begin));
   const Lanes to = smaller(select(low_rises, end, cross_low), select(high_rises, end, cross_high));
   const Lanes enter = smaller(larger(from, begin), end);
   const Lanes leave = larger(smaller(to, end), enter);
+  Lanes sum{};
+  if (any(greater(leave, enter))) {
+    const Lanes middle = (enter + leave) * 0.5, half = (leave - enter) * 0.5;
+    const Lanes offset = half * (2 * kNode);
+    Lanes inside = 2 * kInner * kernel.at(u_at(middle), v0 + middle * dv);
+    inside += 2 * kOuter * kernel.at(u_at(middle - offset), v0 + (middle - offset) * dv);
+    inside += 2 * kOuter * kernel.at(u_at(middle + offset), v0 + (middle + offset) * dv);
+    sum = inside * half * du;
+  }
   const auto held = [&](const Lanes& t, const Lanes& t0,
                         const Lanes& t1) RADIOSITY_INLINED {  // of all of [t0, t1], t one of its ends
+    if (!any(greater(t1, t0))) return;
     const LaneBits is_above = greater(low + t * dv, high + t * (kTriangle ? du - dv : -dv));
     const Lanes ua0 = u_at(t0), ua1 = u_at(t1);
-    return select(is_above, kernel.above(ua1) - kernel.above(ua0), kernel.below(ua1) - kernel.below(ua0));
+    sum += select(is_above, kernel.above(ua1) - kernel.above(ua0), kernel.below(ua1) - kernel.below(ua0));
   };
-  const Lanes middle = (enter + leave) * 0.5, half = (leave - enter) * 0.5;
-  const Lanes offset = half * (2 * kNode);
-  Lanes inside = 2 * kInner * kernel.at(u_at(middle), v0 + middle * dv);
-  inside += 2 * kOuter * kernel.at(u_at(middle - offset), v0 + (middle - offset) * dv);
-  inside += 2 * kOuter * kernel.at(u_at(middle + offset), v0 + (middle + offset) * dv);
-  return inside * half * du + held(begin, begin, enter) + held(end, leave, end);
+  held(begin, begin, enter);
+  held(end, leave, end);
+  return sum;
+}
+
+// A shadow in the plane of q: its corners, and where it is seen at all the box of what is within q's. `turn` is 1 where it is
+// counter-clockwise, −1 elsewhere.
+struct Projected {
+  Lanes *u, *v;
+  std::size_t count;
+  Lanes turn, low_u, high_u, low_v, high_v;
+
+  // Where the edge from (u0, v0) along (du, dv) is in it.
+  RADIOSITY_INLINE void cut(const Lanes& u0, const Lanes& v0, const Lanes& du, const Lanes& dv, Lanes& enter,
+                            Lanes& leave) const {
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::size_t next = k + 1 == count ? 0 : k + 1;
+      const Lanes fu = turn * (u[next] - u[k]), fv = turn * (v[next] - v[k]);
+      const Lanes slope = not_zero(fu * dv - fv * du);
+      const Lanes cross = (fv * (u0 - u[k]) - fu * (v0 - v[k])) / slope;
+      const LaneBits rises = greater(slope, Lanes{});
+      enter = select(rises, larger(enter, cross), enter);
+      leave = select(rises, leave, smaller(leave, cross));
+    }
+  }
+};
+
+// ∫ P du along what of the edges of a shadow lies in any of some others, where these may overlap it.
+constexpr std::size_t kMostOverlaps = 4;
+template <bool kTriangle>
+RADIOSITY_INLINE Lanes along_edges_within(const Kernel<kTriangle>& kernel, const Projected& a,
+                                          const Projected* const* others, const LaneBits* overlaps,
+                                          std::size_t count) {
+  const Lanes zero{}, one = zero + 1;
+  Lanes sum{};
+  for (std::size_t k = 0; k < a.count; ++k) {
+    const std::size_t next = k + 1 == a.count ? 0 : k + 1;
+    const Lanes u0 = a.u[k], v0 = a.v[k], du = a.u[next] - u0, dv = a.v[next] - v0;
+    // What lies in each, in two, …: a set for each number in binary, which counts with the sign of its size.
+    Lanes enter[1 << kMostOverlaps], leave[1 << kMostOverlaps];
+    enter[0] = zero;
+    leave[0] = one;
+    for (std::size_t set = 1; set < std::size_t{1} << count; ++set) {
+      const std::size_t rest = set & (set - 1);
+      const auto newest = static_cast<std::size_t>(std::countr_zero(set));
+      enter[set] = enter[rest];
+      leave[set] = leave[rest];
+      if (!any(greater(leave[rest], enter[rest]))) continue;
+      const std::size_t single = std::size_t{1} << newest;
+      if (set == single) {
+        others[newest]->cut(u0, v0, du, dv, enter[set], leave[set]);
+        leave[set] = select(overlaps[newest], leave[set], zero);
+      } else {
+        enter[set] = larger(enter[rest], enter[single]);
+        leave[set] = smaller(leave[rest], leave[single]);
+      }
+      enter[set] = smaller(enter[set], one);
+      leave[set] = larger(leave[set], enter[set]);
+      if (!any(greater(leave[set], enter[set]))) continue;
+      const Lanes along = along_edge(kernel, u0 + enter[set] * du, v0 + enter[set] * dv, u0 + leave[set] * du,
+                                     v0 + leave[set] * dv);
+      sum += std::popcount(set) % 2 == 1 ? along : -along;
+    }
+  }
+  return sum;
 }
 
 struct Frame {
@@ -146,53 +225,83 @@ RADIOSITY_INLINE void add_sums(const double* const* points, const double* normal
   const Lanes zero{}, one = zero + 1;
   Lanes hidden{};
   LaneBits whole{}, unsure{};
-  struct Box {
-    Lanes low_u, high_u, low_v, high_v;
-  };
-  Box boxes[ShadowShare::kMost];
+  Lanes corner_u[ShadowShare::kMostCorners], corner_v[ShadowShare::kMostCorners];
+  Projected projected[ShadowShare::kMost];
+  std::size_t corners = 0;
   for (std::size_t n = 0; n < count; ++n) {
     const Corners& shadow = shadows[n];
-    // Where the line from the point through a corner meets the plane of q.
-    const auto project = [&](std::size_t k, Lanes& at_u, Lanes& at_v) RADIOSITY_INLINED {
-      const Lanes per_h = 1 / larger(h - shadow.h[k], zero + 1e-200);
-      at_u = (h * shadow.u[k] - u * shadow.h[k]) * per_h;
-      at_v = (h * shadow.v[k] - v * shadow.h[k]) * per_h;
-    };
-    Lanes first_u, first_v;
-    project(0, first_u, first_v);
-    Box box{first_u, first_u, first_v, first_v};
-    Lanes u0 = first_u, v0 = first_v, sum{}, highest = zero + shadow.h[0];
-    for (std::size_t k = 1; k <= shadow.count; ++k) {
-      Lanes u1 = first_u, v1 = first_v;
-      if (k < shadow.count) {
-        project(k, u1, v1);
-        highest = larger(highest, zero + shadow.h[k]);
-        box = {smaller(box.low_u, u1), larger(box.high_u, u1), smaller(box.low_v, v1),
-               larger(box.high_v, v1)};
-      }
-      sum += along_edge(kernel, u0, v0, u1, v1);
-      u0 = u1;
-      v0 = v1;
+    Projected& to = projected[n];
+    to.u = corner_u + corners;
+    to.v = corner_v + corners;
+    to.count = shadow.count;
+    corners += shadow.count;
+    Lanes highest = zero + shadow.h[0];
+    for (std::size_t k = 0; k < shadow.count; ++k) {
+      // Where the line from the point through a corner meets the plane of q.
+      const Lanes per_h = 1 / larger(h - shadow.h[k], zero + kTiny);
+      to.u[k] = (h * shadow.u[k] - u * shadow.h[k]) * per_h;
+      to.v[k] = (h * shadow.v[k] - v * shadow.h[k]) * per_h;
+      highest = larger(highest, zero + shadow.h[k]);
     }
+    // Shadows differ in size by a little, so that of edges that two share one is within the other shadow or neither.
+    const double larger_by = 1 + 1e-11 * static_cast<double>(n);
+    Lanes middle_u{}, middle_v{};
+    for (std::size_t k = 0; k < shadow.count; ++k) {
+      middle_u += to.u[k] * (1 / static_cast<double>(shadow.count));
+      middle_v += to.v[k] * (1 / static_cast<double>(shadow.count));
+    }
+    Lanes sum{}, twice_area{}, low_u{}, high_u{}, low_v{}, high_v{};
+    for (std::size_t k = 0; k < shadow.count; ++k) {
+      to.u[k] = middle_u + larger_by * (to.u[k] - middle_u);
+      to.v[k] = middle_v + larger_by * (to.v[k] - middle_v);
+      low_u = k == 0 ? to.u[k] : smaller(low_u, to.u[k]);
+      high_u = k == 0 ? to.u[k] : larger(high_u, to.u[k]);
+      low_v = k == 0 ? to.v[k] : smaller(low_v, to.v[k]);
+      high_v = k == 0 ? to.v[k] : larger(high_v, to.v[k]);
+    }
+    for (std::size_t k = 0; k < shadow.count; ++k) {
+      const std::size_t next = k + 1 == shadow.count ? 0 : k + 1;
+      sum += along_edge(kernel, to.u[k], to.v[k], to.u[next], to.v[next]);
+      twice_area +=
+          (to.u[k] - to.u[0]) * (to.v[next] - to.v[0]) - (to.u[next] - to.u[0]) * (to.v[k] - to.v[0]);
+    }
+    to.turn = select(greater(twice_area, zero), one, -one);
     const LaneBits front = greater(product(shadow.plane, x, y, z) - shadow.plane[3], zero);
     const LaneBits too_high = front & greater(highest, 0.999 * h);
     const Lanes mine = select(front & ~too_high, absolute(sum), zero);
     hidden += mine;
     whole |= greater(mine, (1 - 1e-12) * kernel.all);
     unsure |= too_high;
-    // Within q; empty where the point does not see the shadow.
-    boxes[n] = {select(front, larger(box.low_u, zero - 0.5), one),
-                select(front, smaller(box.high_u, zero + 0.5), -one),
-                select(front, larger(box.low_v, zero - 0.5), one),
-                select(front, smaller(box.high_v, zero + 0.5), -one)};
-    constexpr double kApart = 1e-9;
-    for (std::size_t m = 0; m < n; ++m) {
-      if (shadows[m].group == shadow.group) continue;
-      const Box &a = boxes[m], &b = boxes[n];
-      unsure |= greater(smaller(a.high_u, b.high_u) - larger(a.low_u, b.low_u), zero + kApart) &
-                greater(smaller(a.high_v, b.high_v) - larger(a.low_v, b.low_v), zero + kApart);
-    }
+    // Empty where the point does not see the shadow.
+    to.low_u = select(front, larger(low_u, zero - 0.5), one);
+    to.high_u = select(front, smaller(high_u, zero + 0.5), -one);
+    to.low_v = select(front, larger(low_v, zero - 0.5), one);
+    to.high_v = select(front, smaller(high_v, zero + 0.5), -one);
   }
+  for (std::size_t n = 0; n < count; ++n) {
+    const Projected* others[kMostOverlaps];
+    LaneBits overlaps[kMostOverlaps];
+    std::size_t found = 0;
+    for (std::size_t m = 0; m < count; ++m) {
+      if (shadows[m].group == shadows[n].group) continue;
+      const Projected &a = projected[m], &b = projected[n];
+      constexpr double kApart = 1e-9;
+      const LaneBits near = greater(smaller(a.high_u, b.high_u) - larger(a.low_u, b.low_u), zero + kApart) &
+                            greater(smaller(a.high_v, b.high_v) - larger(a.low_v, b.low_v), zero + kApart) &
+                            ~whole & ~unsure;
+      if (!any(near)) continue;
+      if (found == kMostOverlaps) {
+        unsure |= near;
+        continue;
+      }
+      others[found] = &projected[m];
+      overlaps[found++] = near;
+    }
+    if (found > 0)
+      hidden += projected[n].turn * along_edges_within(kernel, projected[n], others, overlaps, found);
+  }
+  constexpr double kRounding = 1e-9;
+  whole |= ~unsure & greater(hidden, (1 - kRounding) * kernel.all);
   const Lanes seen = select(whole, zero, kernel.all - smaller(hidden, kernel.all));
   store(load(answers[0]) + q.area * kernel.all, answers[0]);
   store(load(answers[1]) + q.area * seen, answers[1]);

@@ -9,20 +9,20 @@
 
 namespace radiosity {
 
-/// What points on one patch see of a parallelogram or triangle q past polygons where their shadows on it do not overlap, eight points
-/// at a time. In coordinates in which q is the square [−½, ½]² or its half below the diagonal, K = cosθ cosθ' / r² is taken to be
-/// biquadratic, equal to it at the 3 × 3 Gauss points, and its integral over the shadow of a polygon is one round the shadow,
+/// What points on one patch see of a parallelogram or triangle q past polygons, eight points at a time. In coordinates in which q
+/// is the square [−½, ½]² or its half below the diagonal, K = cosθ cosθ' / r² is taken to be biquadratic, equal to it at the 3 × 3
+/// Gauss points, and its integral over the union of the polygons' shadows is one round the union,
 ///   ∫∫ K du dv = −∮ P(u, v) du,   ∂P/∂v = K,
-/// with u and v held to q; that is exact. What the interpolation leaves of K oscillates: relative to K it is
-/// some 0.4 (radius of q / distance)³.
+/// with u and v held to q; that is exact. Round the union go those pieces of the shadows' edges that are in no other shadow. What
+/// the interpolation leaves of K oscillates: relative to K it is some 0.4 (radius of q / distance)³.
 class ShadowShare {
  public:
   /// Three corners, or the four of a parallelogram, counter-clockwise about the normal.
   ShadowShare(std::span<const Vec3> corners, const Vec3& normal);
 
-  static constexpr std::size_t kMost = 8;
-  /// One of at most kMost polygons. Those of one group do not overlap; where a normal is given only points in front of it see its
-  /// shadow.
+  static constexpr std::size_t kMost = 8, kMostCorners = 16;
+  /// One of at most kMost polygons of at most kMostCorners corners together. Those of one group do not overlap; where a normal is
+  /// given only points in front of it see its shadow.
   void add(std::span<const Vec3> polygon, std::size_t group, const Vec3* normal);
 
   struct Points {
@@ -35,7 +35,8 @@ class ShadowShare {
       columns[3].push_back(weight);
     }
     void fill();  ///< the last vector, without weight; the answers with 0
-    /// ∫ K dA and ∫ V K dA, summed up; `unsure` is not 0 where shadows may overlap, or reach as high over q as the point.
+    /// ∫ K dA and ∫ V K dA, summed up; `unsure` is not 0 where a shadow may overlap more than four others, or
+    /// a polygon reaches as high over q as the point.
     std::vector<double> all, seen, unsure;
   };
   /// Of a patch with this normal.

@@ -10,6 +10,7 @@
 #include "cases/closed_forms.hpp"
 #include "cases/method_setup.hpp"
 #include "cases/scenes.hpp"
+#include "radiosity/formfactors/assemble.hpp"
 #include "radiosity/meshing/error.hpp"
 
 namespace radiosity::test {
@@ -277,6 +278,48 @@ TEST(Analytic, KeepsToTheFactorTolerance) {
   }
   for (const double refused : {-1e-6, 1e-10, 0.1, std::numeric_limits<double>::quiet_NaN()})
     EXPECT_THROW(matrix(cube_room(1), refused), InputError);
+}
+
+// Pairs of patches that see nothing of each other, and of those of which that is told without looking from points.
+void expect_hidden(const PatchMesh& mesh) {
+  const MethodSetup setup(mesh, find_form_factor_method("analytic"));
+  const auto [f, report] = assemble(*setup.method, setup.visibility);
+  EXPECT_EQ(f(0, 1), 0);
+  EXPECT_EQ(f(1, 0), 0);
+  EXPECT_EQ(report.pairs.hidden, 1U);
+  EXPECT_EQ(report.pairs.partial, 0U);
+}
+
+TEST(Analytic, TellsWhatTwoSidesOfABoxHideTogether) {
+  // An edge of the box is in the middle between two small squares: no side alone hides them from each other.
+  const Vec3 across = Vec3(-0.1, 0.1, 0), up(0, 0, 0.2);
+  expect_hidden(MeshBuilder()
+                    .grid({-4, -4, 0}, across, up, 1, 1)
+                    .grid({4, 4, 0}, up, across, 1, 1)
+                    .box({-1, -1, -1}, {1, 1, 1}, 1, Facing::outward)
+                    .build());
+}
+
+TEST(Analytic, TellsWhatPiecesOfAWallHideTogether) {
+  // A wall of y, z within [−3, 3] but for a door. However it is cut into convex pieces, one of them does not have both all
+  // that is over the door and all that is beside it.
+  const auto with_wall = [](double y0, double y1, double z0, double z1) {
+    const Vec3 y(0, y1 - y0, 0), z(0, 0, z1 - z0);
+    MeshBuilder builder;
+    builder.grid({-1, y0, z0}, y, z, 1, 1).grid({1, y0, z0}, z, y, 1, 1);
+    for (const auto& [from, to] : {std::pair{Vec3(0, -3, -3), Vec3(0, -1, 0)},
+                                   {Vec3(0, -3, 0), Vec3(0, -1, 3)},
+                                   {Vec3(0, -1, 0), Vec3(0, 1, 3)},
+                                   {Vec3(0, 1, 0), Vec3(0, 3, 3)},
+                                   {Vec3(0, 1, -3), Vec3(0, 3, 0)}})
+      builder.grid(from, {0, to.y() - from.y(), 0}, {0, 0, to.z() - from.z()}, 1, 1);
+    return builder.build();
+  };
+  expect_hidden(with_wall(-2.8, 2.8, 0.2, 2.8));
+  expect_hidden(with_wall(1.2, 2.8, -2.8, 2.8));
+  const PatchMesh past_the_door = with_wall(0.8, 2.8, -2.8, 2.8);
+  const MethodSetup setup(past_the_door, find_form_factor_method("analytic"));
+  EXPECT_GT(setup.raw().f(0, 1), 0);
 }
 
 }  // namespace

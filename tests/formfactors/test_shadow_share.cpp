@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "cases/scenes.hpp"
@@ -27,10 +28,10 @@ Answer ask(std::span<const Vec3> q, const Vec3& x, const Vec3& n,
 }
 
 // By the midpoints of a fine grid; the corner of q that is left out of a triangle is behind its longest side.
-Answer by_grid(std::span<const Vec3> q, const Vec3& x, const Vec3& n, const std::vector<Vec3>& occluder) {
+Answer by_grid(std::span<const Vec3> q, const Vec3& x, const Vec3& n,
+               std::span<const std::vector<Vec3>> occluders) {
   constexpr int kCells = 400;
   const Vec3 e = q[1] - q[0], f = q[2] - q[1];
-  const Vec3 m = (occluder[1] - occluder[0]).cross(occluder[2] - occluder[0]);
   Answer out;
   for (int a = 0; a < kCells; ++a)
     for (int b = 0; b < (q.size() == 3 ? a + 1 : kCells); ++b) {
@@ -39,12 +40,16 @@ Answer by_grid(std::span<const Vec3> q, const Vec3& x, const Vec3& n, const std:
       const Vec3 r = y - x;
       const double s = r.squaredNorm();
       const double kernel = half * n.dot(r) * -r.z() / (s * s) * e.cross(f).norm() / (kCells * kCells);
-      const Vec3 cut = x + m.dot(occluder[0] - x) / m.dot(r) * r;
-      bool hit = true;
-      for (std::size_t k = 0; k < occluder.size(); ++k) {
-        const Vec3& c = occluder[k];
-        hit = hit && m.dot((occluder[(k + 1) % occluder.size()] - c).cross(cut - c)) > 0;
-      }
+      const bool hit =
+          std::any_of(occluders.begin(), occluders.end(), [&](const std::vector<Vec3>& occluder) {
+            const Vec3 m = (occluder[1] - occluder[0]).cross(occluder[2] - occluder[0]);
+            const Vec3 cut = x + m.dot(occluder[0] - x) / m.dot(r) * r;
+            for (std::size_t k = 0; k < occluder.size(); ++k) {
+              const Vec3& c = occluder[k];
+              if (m.dot((occluder[(k + 1) % occluder.size()] - c).cross(cut - c)) <= 0) return false;
+            }
+            return true;
+          });
       out.all += kernel;
       out.seen += hit ? 0 : kernel;
     }
@@ -62,11 +67,12 @@ TEST(ShadowShare, IsThatOfAFineGrid) {
       const Vec3 x(within(-3, 4), within(-3, 4), within(4, 6));
       const Vec3 n = (Vec3(0.5, 0.5, 0) - x + Vec3(within(-2, 2), within(-2, 2), 0)).normalized();
       const Vec3 middle = x + within(0.4, 0.7) * (Vec3(within(0, 1), within(0, 1), 0) - x);
-      std::vector<Vec3> occluder;
-      for (int k = 0; k < 3; ++k)
-        occluder.push_back(middle + Vec3(within(-0.6, 0.6), within(-0.6, 0.6), within(-0.3, 0.3)));
-      const Answer found = ask(q, x, n, std::vector<std::vector<Vec3>>{occluder});
-      const Answer expected = by_grid(q, x, n, occluder);
+      std::vector<std::vector<Vec3>> occluders(1 + trial % 4);
+      for (auto& occluder : occluders)
+        for (int k = 0; k < 3; ++k)
+          occluder.push_back(middle + Vec3(within(-0.6, 0.6), within(-0.6, 0.6), within(-0.3, 0.3)));
+      const Answer found = ask(q, x, n, occluders);
+      const Answer expected = by_grid(q, x, n, occluders);
       ASSERT_FALSE(found.unsure);
       EXPECT_NEAR(found.all, expected.all, 2e-3 * expected.all);
       EXPECT_NEAR(found.seen, expected.seen, 3e-3 * expected.all);
@@ -75,18 +81,34 @@ TEST(ShadowShare, IsThatOfAFineGrid) {
   EXPECT_GT(partial, 30);
 }
 
-TEST(ShadowShare, IsUnsureWhereShadowsMayOverlap) {
+TEST(ShadowShare, CountsWhatShadowsShareOnce) {
   const std::vector<Vec3> q{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
-  const auto square = [](double low, double high, double z) {
-    return std::vector<Vec3>{{low, 0.2, z}, {high, 0.2, z}, {high, 0.8, z}, {low, 0.8, z}};
+  const auto rectangle = [](double x0, double x1, double y0, double y1, double z) {
+    return std::vector<Vec3>{{x0, y0, z}, {x1, y0, z}, {x1, y1, z}, {x0, y1, z}};
   };
-  const Vec3 x(0.5, 0.5, 100);
-  EXPECT_FALSE(ask(q, x, -Vec3::UnitZ(), std::vector{square(0.1, 0.4, 1e-3), square(0.6, 0.9, 2e-3)}).unsure);
-  EXPECT_TRUE(ask(q, x, -Vec3::UnitZ(), std::vector{square(0.1, 0.6, 1e-3), square(0.4, 0.9, 2e-3)}).unsure);
-  EXPECT_TRUE(ask(q, x, -Vec3::UnitZ(), std::vector<std::vector<Vec3>>{square(0.1, 0.6, 100)}).unsure);
-  // 0.3 · 0.6 twice of nearly equal kernels.
-  const Answer two = ask(q, x, -Vec3::UnitZ(), std::vector{square(0.1, 0.4, 1e-3), square(0.6, 0.9, 2e-3)});
-  EXPECT_NEAR(two.seen / two.all, 1 - 0.36, 1e-4);
+  const Vec3 x(0.5, 0.5, 100);  // from where kernels and shadows are those of parallel light, but for 1e-4
+  const auto hidden = [&](const std::vector<std::vector<Vec3>>& occluders) {
+    const Answer found = ask(q, x, -Vec3::UnitZ(), occluders);
+    EXPECT_FALSE(found.unsure);
+    return 1 - found.seen / found.all;
+  };
+  const auto left = rectangle(0.1, 0.4, 0.2, 0.8, 1e-3), right = rectangle(0.6, 0.9, 0.2, 0.8, 2e-3),
+             middle = rectangle(0.3, 0.7, 0.2, 0.8, 3e-3), across = rectangle(0, 1, 0.4, 0.6, 3e-3),
+             beside = rectangle(0.4, 0.6, 0.2, 0.8, 1e-3);
+  EXPECT_NEAR(hidden({left, right}), 0.36, 2e-4);
+  EXPECT_NEAR(hidden({left, beside}), 0.30, 2e-4);  // they share an edge
+  EXPECT_NEAR(hidden({left, left}), 0.18, 2e-4);    // … all edges
+  EXPECT_NEAR(hidden({left, left, left, beside}), 0.30, 2e-4);
+  EXPECT_NEAR(hidden({left, middle}), 0.36, 2e-4);
+  EXPECT_NEAR(hidden({left, middle, right, across}), 0.48 + 0.04, 2e-4);
+  const auto half = rectangle(-1, 0.5, -1, 2, 1e-3), other = rectangle(0.5, 2, -1, 2, 1e-3);
+  EXPECT_EQ(hidden({half, other, across}), 1);
+}
+
+TEST(ShadowShare, IsUnsureOfWhatIsAsHighAsThePoint) {
+  const std::vector<Vec3> q{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+  const std::vector<std::vector<Vec3>> occluder{{{0.1, 0.1, 100}, {0.6, 0.1, 100}, {0.6, 0.6, 50}}};
+  EXPECT_TRUE(ask(q, Vec3(0.5, 0.5, 100), -Vec3::UnitZ(), occluder).unsure);
 }
 
 }  // namespace
