@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "commands.hpp"
+#include "processes.hpp"
 #include "radiosity/formfactors/threads.hpp"
 #include "terminal.hpp"
 
@@ -16,7 +17,7 @@ namespace {
 using namespace radiosity::app;
 
 // One line, whatever library the message is from.
-int fail(int status, std::string_view message) {
+int fail(const Processes& processes, int status, std::string_view message) {
   std::string line;
   for (const char c : message) {
     const bool after_break = line.ends_with("; ");
@@ -25,8 +26,10 @@ int fail(int status, std::string_view message) {
     else if (c != ' ' || !after_break)
       line += c;
   }
+  processes.wait_to_tell();
   std::fflush(stdout);
   fmt::print(stderr, "radiosity: error: {}\n", line);
+  processes.end_all(status);
   return status;
 }
 
@@ -43,16 +46,18 @@ int run(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  Processes processes;
   try {
-    const auto options = parse_command_line(argc, argv);
+    auto options = parse_command_line(argc, argv);
     if (!options) return kDone;
+    processes.share(*options);
     catch_interrupts();
     return run(*options);
   } catch (const UsageError& e) {
-    return fail(kBadUsage, e.what());
+    return fail(processes, kBadUsage, e.what());
   } catch (const std::bad_alloc&) {
-    return fail(kBadInput, "out of memory; a larger --patch-size or --memory-limit may help");
+    return fail(processes, kBadInput, "out of memory; a larger --patch-size or --memory-limit may help");
   } catch (const std::exception& e) {
-    return fail(kBadInput, e.what());
+    return fail(processes, kBadInput, e.what());
   }
 }

@@ -462,6 +462,15 @@ class Parser {
     add_solver(command);
     add_accuracy(command);
     add_earlier_work(command);
+#ifdef RADIOSITY_MPI
+    command
+        ->add_option_function<std::string>(
+            "--petsc", [this](const std::string& text) { options_.petsc = text; },
+            "Solve by conjugate gradients of PETSc, which takes these\noptions, such as '-ksp_monitor'; '' "
+            "for none")
+        ->option_text("OPTIONS")
+        ->group("Solver");
+#endif
     add_general(command);
     command->footer("Flags override the scene file. Ctrl-C ends the work and writes what has been reached.");
   }

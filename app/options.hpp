@@ -12,6 +12,7 @@
 
 #include "radiosity/io/read_scene.hpp"
 #include "radiosity/rendering/pipeline.hpp"
+#include "shared_run.hpp"
 
 namespace radiosity::app {
 
@@ -38,6 +39,8 @@ struct Options {
   bool estimate_error = true;          ///< solve cheaper problems too, to tell how far the result is off
   double budget_s = 120;               ///< of compare
   std::size_t memory_limit_bytes = 0;  ///< of F; 0: the memory of this machine
+  std::optional<std::string> petsc;    ///< options of PETSc, which is to solve
+  std::optional<SharedRun> shared;     ///< not of the command line: this process is one of several
 
   struct View {
     std::filesystem::path camera_file;

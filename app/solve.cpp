@@ -49,8 +49,12 @@ class Steps {
 
 int run_solve(const Options& options) {
   Job job(options);
-  check_outputs(options, ".vtp");
-  const LoadedScene loaded = read_stage(job, options.scene);
+  const bool speaks = !options.shared || options.shared->ranks->rank() == 0;
+  if (options.shared && !options.form_factor_file.empty())
+    throw UsageError("--form-factors: one process reads them; several compute their own");
+  if (speaks) check_outputs(options, ".vtp");
+  const LoadedScene loaded =
+      options.shared ? read_stage_shared(job, options.scene) : read_stage(job, options.scene);
   SceneSettings settings = override_settings(loaded.settings, options.flags);
   if (!options.form_factor_file.empty()) {
     const FormFactorFileFacts made = read_form_factor_facts(options.form_factor_file);
@@ -63,8 +67,9 @@ int run_solve(const Options& options) {
   }
   std::optional<Checkpoints> checkpoints;
   if (options.accuracy == 0 && options.form_factor_file.empty()) {
-    checkpoints.emplace(options.output, digest(loaded, settings, options.close), RADIOSITY_VERSION,
-                        options.checkpoint_s);
+    const std::uint64_t work = digest(loaded, settings, options.close);
+    checkpoints.emplace(options.output, work, RADIOSITY_VERSION, options.checkpoint_s,
+                        options.shared ? options.shared->ranks : nullptr);
     if (options.resume) {
       checkpoints->resume();
       job.console.line("resumed", "{} rows of the form factors, {} elements", checkpoints->resumed_rows(),
@@ -84,6 +89,11 @@ int run_solve(const Options& options) {
   if (wants_series)
     step = [&](Index iteration, const BandArray& radiosity) { steps.add(iteration, shown(radiosity)); };
   const SolvedScene solved = solve_stage(job, loaded, settings, step, checkpoints ? &*checkpoints : nullptr);
+
+  const bool reached = !solved.accuracy || solved.accuracy->reached;
+  const int status = solved.converged() && reached ? kDone : kNotConverged;
+  if (options.shared) note_ranks(job, solved);
+  if (!speaks) return status;
 
   Outputs outputs(job);
   for (std::size_t k = 0; k <= loaded.setups.size(); ++k) {
@@ -116,8 +126,7 @@ int run_solve(const Options& options) {
   outputs.finish();
   const bool wants_elements = settings.elements && !std::holds_alternative<NoElements>(*settings.elements);
   if (checkpoints && solved.converged() && (solved.elements || !wants_elements)) checkpoints->remove();
-  const bool reached = !solved.accuracy || solved.accuracy->reached;
-  return solved.converged() && reached ? kDone : kNotConverged;
+  return status;
 }
 
 }  // namespace radiosity::app

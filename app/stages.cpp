@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <span>
 #include <system_error>
@@ -13,6 +14,7 @@
 #include "radiosity/formfactors/sides.hpp"
 #include "radiosity/io/form_factor_file.hpp"
 #include "radiosity/io/output.hpp"
+#include "radiosity/io/scene_bytes.hpp"
 #include "radiosity/meshing/error.hpp"
 
 namespace radiosity::app {
@@ -157,6 +159,44 @@ LoadedScene read_stage(Job& job, const std::filesystem::path& file, MissingMater
   return loaded;
 }
 
+LoadedScene read_stage_shared(Job& job, const std::filesystem::path& file) {
+  const SharedRun& shared = *job.options.shared;
+  if (shared.ranks->rank() == 0) {
+    LoadedScene loaded = read_stage(job, file);
+    shared.broadcast(scene_bytes(loaded));
+    return loaded;
+  }
+  job.report.scene.emplace();
+  return scene_of_bytes(shared.broadcast({}));
+}
+
+void note_ranks(Job& job, const SolvedScene& solved) {
+  const SharedRun& shared = *job.options.shared;
+  const Ranks& ranks = *shared.ranks;
+  const auto [bytes, seconds] = shared.traffic();
+  const std::array own = {
+      static_cast<double>(ranks.rows_of(ranks.rank(), solved.patches.mesh.cluster_count())),
+      static_cast<double>(solved.form_factors.own_bytes),
+      solved.seconds.form_factors,
+      solved.seconds.solve,
+      static_cast<double>(bytes),
+      seconds,
+      static_cast<double>(peak_memory_bytes())};
+  std::vector<double> all(own.size() * static_cast<std::size_t>(ranks.count()));
+  const std::vector<int> counts(static_cast<std::size_t>(ranks.count()), static_cast<int>(own.size()));
+  ranks.all_gather(own, counts, all);
+  for (std::size_t k = 0; k < all.size(); k += own.size())
+    job.report.ranks.push_back(
+        {all[k], all[k + 1], all[k + 2], all[k + 3], all[k + 4], all[k + 5], all[k + 6]});
+  const auto most = [&](double Report::Rank::*value) {
+    return (*std::ranges::max_element(job.report.ranks, {}, value)).*value;
+  };
+  job.console.line("ranks", "{}, each with {} of form factors at most; {} received, at most {} of memory",
+                   ranks.count(), bytes_text(most(&Report::Rank::form_factor_bytes)),
+                   bytes_text(most(&Report::Rank::received_bytes)),
+                   bytes_text(most(&Report::Rank::peak_memory_bytes)));
+}
+
 void tell_patches(Job& job, const Patches& patches, const PatchOptions& options) {
   auto& facts = *job.report.scene;
   note_patches(facts, patches);
@@ -188,6 +228,10 @@ SolveOptions Telling::options() {
   if (given.accuracy > 0) options.accuracy = given.accuracy / 100;
   if (given.time_limit > 0) options.seconds = given.time_limit - job_.total.elapsed();
   options.memory_limit_bytes = given.memory_limit_bytes;
+  if (given.shared) {
+    options.ranks = given.shared->ranks;
+    options.make_solver = given.shared->make_solver;
+  }
   options.progress = [this](SolveStage stage, double fraction) {
     if (bar_stage_ != stage) bar_.emplace(job_.console, bar_label(stage));
     bar_stage_ = stage;

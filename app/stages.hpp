@@ -37,6 +37,11 @@ LoadedScene read_stage(Job& job, const std::filesystem::path& file,
                        MissingMaterials missing = MissingMaterials::refuse,
                        const ChordError& chord_error = {});
 
+/// The same on one of several processes: rank 0 reads the file, and all get what it holds.
+LoadedScene read_stage_shared(Job& job, const std::filesystem::path& file);
+/// Tells of every process what it did; on all of them at once.
+void note_ranks(Job& job, const SolvedScene& solved);
+
 void warn(Job& job, const std::vector<std::string>& warnings);
 /// Names the lights that radiosity takes nothing from.
 void warn_of_lights(Job& job, const LoadedScene& loaded);

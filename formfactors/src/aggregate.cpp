@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <tbb/enumerable_thread_specific.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -11,15 +13,71 @@
 #include "radiosity/meshing/error.hpp"
 
 namespace radiosity {
+namespace {
+
+// Unites the columns of rows: row(i, use) calls use(j, value) of each entry of row i, whose sums over unions are taken times weight[i].
+template <class RowOf>
+RowList condensed(Index n, const Coarsening& coarsening, const Eigen::ArrayXd& weight, const RowOf& row) {
+  RowList out(n);
+  tbb::enumerable_thread_specific<std::vector<double>> all_sums(
+      std::vector<double>(static_cast<std::size_t>(coarsening.count), 0.0));
+  for_each_row(n, [&](Index i) {
+    std::vector<double>& sums = all_sums.local();
+    std::vector<Index> met;
+    row(i, [&](Index j, float value) {
+      if (value == 0) return;
+      double& sum = sums[coarsening.parent[j]];
+      if (sum == 0) met.push_back(coarsening.parent[j]);
+      sum += static_cast<double>(value);
+    });
+    std::ranges::sort(met);
+    out[i].reserve(met.size());
+    for (const Index j : met) out[i].push_back({j, rounded_down(weight[i] * std::exchange(sums[j], 0))});
+  });
+  return out;
+}
+
+// Columns are united where their rows are, then rows as columns of the transpose, so that nobody needs more than its own rows.
+FormFactorMatrix aggregate_on_ranks(const FormFactorMatrix& f, const Eigen::ArrayXd& areas,
+                                    const Coarsening& coarsening, const Ranks& ranks) {
+  const Index n = f.size(), count = coarsening.count;
+  RowList exchanged =
+      condensed(n, coarsening, areas, [&](Index i, const auto& use) { for_each_entry(f.row(i), use); });
+  exchanged = transpose(exchanged, &ranks);
+  exchanged = condensed(n, coarsening, Eigen::ArrayXd::Ones(n), [&](Index j, const auto& use) {
+    for (const Entry& e : exchanged[j]) use(e.column, e.value);
+  });
+  exchanged = transpose(exchanged, &ranks);
+  exchanged.resize(static_cast<std::size_t>(count));
+
+  Eigen::ArrayXd area = Eigen::ArrayXd::Zero(count), escaped = area, diagonal(count);
+  for (Index i = 0; i < n; ++i) {
+    area[coarsening.parent[i]] += areas[i];
+    escaped[coarsening.parent[i]] += areas[i] * f.escaped()[i];
+  }
+  escaped /= area;
+  for (Index g = 0; g < count; ++g) {
+    for (Entry& e : exchanged[g]) e.value = rounded_down(static_cast<double>(e.value) / area[g]);
+    diagonal[g] = 1 - escaped[g] - sum(exchanged[g]);
+  }
+  ranks.gather(diagonal);
+  FormFactorMatrix::Rows out = store(exchanged, &ranks);
+  out.diagonal.assign(diagonal.begin(), diagonal.end());
+  out.escaped.assign(escaped.begin(), escaped.end());
+  return FormFactorMatrix(std::move(out));
+}
+
+}  // namespace
 
 FormFactorMatrix aggregate(const FormFactorMatrix& f, const Eigen::ArrayXd& areas,
-                           const Coarsening& coarsening) {
+                           const Coarsening& coarsening, const Ranks* ranks) {
   const auto n = static_cast<std::size_t>(f.size());
   const auto count = static_cast<std::size_t>(coarsening.count);
   if (areas.size() != f.size() || coarsening.parent.size() != n)
     throw InputError(
         fmt::format("form factors of larger patches: F has {} rows, there are {} areas and {} parents", n,
                     areas.size(), coarsening.parent.size()));
+  if (ranks != nullptr) return aggregate_on_ranks(f, areas, coarsening, *ranks);
   std::vector<std::vector<Index>> members(count);
   for (std::size_t i = 0; i < n; ++i) members[coarsening.parent[i]].push_back(static_cast<Index>(i));
 
@@ -58,7 +116,7 @@ FormFactorMatrix aggregate(const FormFactorMatrix& f, const Eigen::ArrayXd& area
     }
   });
 
-  FormFactorMatrix::Rows out = store(rows);
+  FormFactorMatrix::Rows out = store(rows, nullptr);
   out.diagonal = std::move(diagonals);
   out.escaped = std::move(escapes);
   return FormFactorMatrix(std::move(out));

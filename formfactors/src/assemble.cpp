@@ -16,12 +16,20 @@ namespace radiosity {
 namespace {
 
 // Of rows of so many entries.
-void require_memory(const FormFactorMethod& method, Index n, double entries, std::size_t limit) {
+void require_memory(const FormFactorMethod& method, Index n, double entries, const AssemblyOptions& options) {
+  const std::size_t limit = options.memory_limit_bytes;
   if (limit == 0) return;
-  const double needed = assembly_bytes(n, entries);
+  const double all = assembly_bytes(n, entries);
+  const double needed = options.ranks ? all / options.ranks->count() : all;
   if (needed <= static_cast<double>(limit)) return;
   const double per_row = needed / n;
   const auto gigabytes = [](double bytes) { return bytes / 1e9; };
+  if (options.ranks)
+    throw MemoryLimitError(fmt::format(
+        "memory limit: F of {} patches may need {:.3g} GB on each of {} ranks with this method, the limit is "
+        "{:.3g} GB; {:.0f} ranks would fit for certain",
+        n, gigabytes(needed), options.ranks->count(), gigabytes(static_cast<double>(limit)),
+        std::ceil(all / static_cast<double>(limit))));
   throw MemoryLimitError(fmt::format(
       "memory limit: F of {} patches may need {:.3g} GB with this method, the limit is {:.3g} GB; {} patches "
       "would fit "
@@ -37,10 +45,13 @@ double not_lost(double e) {
 }
 
 // Share of the directions from each of n patches that is lost through open sides or on the backs of patches.
-Eigen::ArrayXd escape_seen_by(const FormFactorMethod& probe, Index n) {
+Eigen::ArrayXd escape_seen_by(const FormFactorMethod& probe, Index n, const Ranks* ranks) {
   Eigen::ArrayXd escaped(n);
   const FormFactorMethod::Sink keep = [&](Index i, auto, auto, std::optional<double> e) { escaped[i] = *e; };
-  for_each_block(n, kRowsPerTask, [&](Index first, Index last) { probe.rows(first, last, false, keep); }, {});
+  for_each_block(n, kRowsPerTask, [&](Index first, Index last) {
+    if (owns(ranks, first)) probe.rows(first, last, false, keep);
+  });
+  gather(ranks, escaped);
   return escaped;
 }
 
@@ -57,9 +68,10 @@ struct RowTargets {
   std::uint64_t rays = 0;  // cast to find out
 };
 RowTargets row_targets(const FormFactorMethod& method, const Visibility& visibility,
-                       const ComputedRows& computed, const ReplacedRows& replaced, bool close) {
+                       const ComputedRows& computed, const ReplacedRows& replaced, bool close,
+                       const Ranks* ranks) {
   const Eigen::ArrayXd& areas = visibility.mesh().cluster_areas();
-  RowTargets out{computed.packed ? computed.packed->measured.sums : row_sums(computed.rows)};
+  RowTargets out{computed.packed ? computed.packed->measured.sums : row_sums(computed.rows, ranks)};
   Eigen::ArrayXd& target = out.sums;
   const Eigen::ArrayXd whole = (target > 0).cast<double>();
   if (method.exact() && computed.completed) {  // such rows tell themselves whether anything is missing
@@ -69,8 +81,9 @@ RowTargets row_targets(const FormFactorMethod& method, const Visibility& visibil
     out.closed_scene = is_closed(target, *computed.escaped, areas);
   } else if (close) {
     const auto probe = make_hemisphere(visibility, {.samples = 256});
-    out.closed_scene = is_closed(target, escape_seen_by(*probe, visibility.mesh().cluster_count()), areas);
-    out.rays = probe->rays();
+    out.closed_scene =
+        is_closed(target, escape_seen_by(*probe, visibility.mesh().cluster_count(), ranks), areas);
+    out.rays = total(ranks, probe->rays());
   }
   if (out.closed_scene) {
     target = whole;
@@ -92,8 +105,9 @@ AssembledFormFactors assemble(const FormFactorMethod& method, const Visibility& 
                               const AssemblyOptions& options) {
   const Eigen::ArrayXd& areas = visibility.mesh().cluster_areas();
   const Index n = visibility.mesh().cluster_count();
+  const Ranks* const ranks = options.ranks.get();
   AssemblyReport report;
-  require_memory(method, n, method.max_entries_per_row(), options.memory_limit_bytes);
+  require_memory(method, n, method.max_entries_per_row(), options);
 
   ComputedRows computed = compute_rows(method, areas, options);
   RowList& rows = computed.rows;
@@ -104,14 +118,15 @@ AssembledFormFactors assemble(const FormFactorMethod& method, const Visibility& 
   if (!method.reciprocal() && report.completed) {
     report.pair_rows = options.pair_rows;
     if (!report.pair_rows) {
-      const Eigen::ArrayXd sums = row_sums(rows);
+      const Eigen::ArrayXd sums = row_sums(rows, ranks);
       PairwisePatches chosen = pairwise_patches(method, visibility, std::span(sums.data(), n));
       // Pairs stand in a row and in a column.
-      require_memory(method, n,
-                     (static_cast<double>(count_entries(rows)) + 2 * chosen.pairs) / std::max<Index>(n, 1),
-                     options.memory_limit_bytes);
-      report.pair_rows = compute_pairs(chosen, areas, options.progress);
-      if (chosen.factors) report.rays += chosen.factors->rays();
+      require_memory(
+          method, n,
+          (static_cast<double>(total(ranks, count_entries(rows))) + 2 * chosen.pairs) / std::max<Index>(n, 1),
+          options);
+      report.pair_rows = compute_pairs(chosen, areas, options.progress, ranks);
+      if (chosen.factors) report.rays += total(ranks, chosen.factors->rays());
       report.warnings = std::move(chosen.warnings);
       report.unreliable = std::move(chosen.unreliable);
       report.completed = report.pair_rows != nullptr;
@@ -120,17 +135,18 @@ AssembledFormFactors assemble(const FormFactorMethod& method, const Visibility& 
   ReplacedRows replaced(n);
   if (report.pair_rows) {
     drop_hidden(rows, report.pair_rows->hidden);
-    replaced = replace_by_pairs(rows, *report.pair_rows);
+    replaced = replace_by_pairs(rows, *report.pair_rows, ranks);
     report.lamps = report.pair_rows->lamps;
     report.pairwise = static_cast<Index>(replaced.patches.size());
     // Where nothing stands between two patches the rows of all of them are exact: cells may miss a narrow gap.
     if (computed.escaped)
       for (const Index i : visibility.convex() ? replaced.patches : report.pair_rows->misjudged)
         (*computed.escaped)[i] = std::max(0.0, 1 - sum(rows[i]));
+    if (computed.escaped) gather(ranks, *computed.escaped);
   }
 
   const bool close = options.close && !method.exact() && report.completed;
-  const RowTargets targets = row_targets(method, visibility, computed, replaced, close);
+  const RowTargets targets = row_targets(method, visibility, computed, replaced, close, ranks);
   const Eigen::ArrayXd& target = targets.sums;
   report.closed_scene = targets.closed_scene;
   report.rays += targets.rays;
@@ -140,16 +156,17 @@ AssembledFormFactors assemble(const FormFactorMethod& method, const Visibility& 
   PackedRows packed;
   if (report.closed_rows) {
     drop_isolated(rows, target);
-    report.before = quality_of(measure(rows, areas, true), target, areas);
-    packed = pack_scaled(rows, scaling_to_row_sums(rows, target, areas, std::move(replaced)), areas);
+    report.before = quality_of(measure(rows, areas, true, ranks), target, areas);
+    packed =
+        pack_scaled(rows, scaling_to_row_sums(rows, target, areas, std::move(replaced), ranks), areas, ranks);
     report.after = quality_of(packed.measured, target, areas);
   } else if (options.close && (target > 1).any()) {  // at most 1, even where the right sum is not known
     if (computed.packed) rows = unpack(computed.packed->rows);
-    report.before = quality_of(measure(rows, areas, true), target, areas);
-    packed = pack_scaled(rows, scaling_to_at_most_one(target, std::move(replaced)), areas);
+    report.before = quality_of(measure(rows, areas, true, ranks), target, areas);
+    packed = pack_scaled(rows, scaling_to_at_most_one(target, std::move(replaced)), areas, ranks);
     report.after = quality_of(packed.measured, target.min(1.0), areas);
   } else {
-    packed = computed.packed ? std::move(*computed.packed) : pack(rows, areas);
+    packed = computed.packed ? std::move(*computed.packed) : pack(rows, areas, ranks);
     if (computed.packed) shrink(packed.rows);
     report.before = report.after = quality_of(packed.measured, target, areas);
   }

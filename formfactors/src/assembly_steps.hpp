@@ -12,7 +12,8 @@
 #include "radiosity/formfactors/assemble.hpp"
 #include "row_list.hpp"
 
-/// The steps of `assemble`, in their order; a file each.
+/// The steps of `assemble`, in their order; a file each. Of several ranks each has the rows that it owns and leaves the others empty;
+/// what is one value per row is whole on all of them.
 namespace radiosity {
 
 /// f ≥ 0 in single precision, rounded towards zero: rows never exceed the sums that they stand for, and what they lack goes to a
@@ -25,7 +26,7 @@ inline float rounded_down(double f) {
 
 // 1. compute_rows.cpp
 
-inline constexpr Index kRowsPerTask = 16;
+inline constexpr Index kRowsPerTask = Ranks::kBlock;
 
 /// Of each row: Σ_j F_ij and Σ_j |F_ij − F_ji A_j/A_i| / 2.
 struct MeasuredRows {
@@ -62,9 +63,9 @@ struct PairRows {
   std::vector<Index> hidden;  ///< as in PairwisePatches
   RowList rows, columns;      ///< of each of `patches`: what it sends to all, and what all send to it
 };
-/// Null where `progress`, which is told that all rows are there, asked to stop.
+/// Of several ranks, each computes some of them. Null where `progress`, which is told that all rows are there, asked to stop.
 std::shared_ptr<const PairRows> compute_pairs(const PairwisePatches& chosen, const Eigen::ArrayXd& areas,
-                                              const Progress& progress);
+                                              const Progress& progress, const Ranks* ranks);
 
 /// Patches whose rows and columns are computed pair by pair.
 struct ReplacedRows {
@@ -76,7 +77,7 @@ struct ReplacedRows {
 };
 /// Takes out what should exchange nothing.
 void drop_hidden(RowList& rows, const std::vector<Index>& hidden);
-ReplacedRows replace_by_pairs(RowList& rows, const PairRows& pairs);
+ReplacedRows replace_by_pairs(RowList& rows, const PairRows& pairs, const Ranks* ranks);
 
 // 3. symmetrise.cpp
 
@@ -89,7 +90,7 @@ void drop_isolated(RowList& rows, const Eigen::ArrayXd& target);
 /// Measures F and, where `symmetrise` is set, turns it into S, S_ij = A_i F_ij, the same bits on both sides of the diagonal. Two
 /// estimates of the same A_i F_ij, one from either end: the one from i, of K samples, has a variance in proportion to A_i; weighted
 /// by inverse variance,   S_ij = (F_ij + F_ji) / (1/A_i + 1/A_j).
-MeasuredRows measure(RowList& rows, const Eigen::ArrayXd& areas, bool symmetrise);
+MeasuredRows measure(RowList& rows, const Eigen::ArrayXd& areas, bool symmetrise, const Ranks* ranks);
 
 // 4. close_rows.cpp
 
@@ -107,7 +108,7 @@ struct RowScaling {
 };
 /// The one that brings the row sums of S to A_i target_i, where rows agree on what they exchange.
 RowScaling scaling_to_row_sums(const RowList& symmetric, const Eigen::ArrayXd& target,
-                               const Eigen::ArrayXd& areas, ReplacedRows replaced);
+                               const Eigen::ArrayXd& areas, ReplacedRows replaced, const Ranks* ranks);
 /// None, but for what holds back rows that sum to more than 1.
 RowScaling scaling_to_at_most_one(const Eigen::ArrayXd& row_sums, ReplacedRows replaced);
 
@@ -116,9 +117,10 @@ RowScaling scaling_to_at_most_one(const Eigen::ArrayXd& row_sums, ReplacedRows r
 /// Large pages where the system has them: tiles of F touch many at a time.
 std::vector<float> zeros(std::size_t count);
 /// Dense or sparse, whichever takes fewer bytes; finish(i, row) turns a row into what is stored of it. The rows are used up.
-FormFactorMatrix::Rows store(RowList& rows, const std::function<void(Index, Row&)>& finish = {});
+FormFactorMatrix::Rows store(RowList& rows, const Ranks* ranks,
+                             const std::function<void(Index, Row&)>& finish = {});
 /// Of F as it is; the rows are used up.
-PackedRows pack(RowList& rows, const Eigen::ArrayXd& areas);
+PackedRows pack(RowList& rows, const Eigen::ArrayXd& areas, const Ranks* ranks);
 /// Adds the lower half of n × n values: F_ji = F_ij A_i / A_j.
 MeasuredRows mirror_dense(std::vector<float>& values, const Eigen::ArrayXd& areas);
 /// A row of a dense F, from column `first` on, and all rows.
@@ -127,6 +129,7 @@ RowList unpack(const FormFactorMatrix::Rows& dense);
 /// Makes a dense F sparse where that takes fewer bytes.
 void shrink(FormFactorMatrix::Rows& dense);
 /// Of F_ij = S_ij scaling(i, j) / A_i; the rows of S are used up.
-PackedRows pack_scaled(RowList& symmetric, const RowScaling& scaling, const Eigen::ArrayXd& areas);
+PackedRows pack_scaled(RowList& symmetric, const RowScaling& scaling, const Eigen::ArrayXd& areas,
+                       const Ranks* ranks);
 
 }  // namespace radiosity

@@ -27,7 +27,7 @@ struct Scaled {
 
 // c by Sinkhorn's iteration [Knight2008], each replaced row as a whole: they are few.
 Eigen::ArrayXd scale_replaced(const RowList& rows, const Eigen::ArrayXd& target, const Eigen::ArrayXd& areas,
-                              const std::vector<Index>& replaced) {
+                              const std::vector<Index>& replaced, const Ranks* ranks) {
   constexpr int kSteps = 30;
   const auto n = static_cast<Index>(rows.size());
   Scaled whole(n);
@@ -38,6 +38,7 @@ Eigen::ArrayXd scale_replaced(const RowList& rows, const Eigen::ArrayXd& target,
       for (const Entry& e : rows[i]) reached += static_cast<double>(e.value) * whole.factor[e.column];
       if (reached > 0) by[i] = std::sqrt(target[i] * areas[i] / (whole.factor[i] * reached));
     }
+    gather(ranks, by);
     for (const Index i : replaced) whole.multiply(i, by[i]);
   }
   return whole.factor;
@@ -53,7 +54,7 @@ Eigen::ArrayXd scale_replaced(const RowList& rows, const Eigen::ArrayXd& target,
 // the others are not bent to fit them; of all iterates the one with the least error is taken; and no row is left above its
 // target. Rows of patches computed pair by pair are scaled first.
 RowScaling scaling_to_row_sums(const RowList& rows, const Eigen::ArrayXd& row_target,
-                               const Eigen::ArrayXd& areas, ReplacedRows replaced_rows) {
+                               const Eigen::ArrayXd& areas, ReplacedRows replaced_rows, const Ranks* ranks) {
   constexpr int kSteps = 20;
   constexpr int kInner = 30;
   constexpr double kInnerTolerance = 1e-2;
@@ -68,12 +69,13 @@ RowScaling scaling_to_row_sums(const RowList& rows, const Eigen::ArrayXd& row_ta
   const ReplacedRows& replaced = out.replaced;
   Eigen::ArrayXd target = row_target;
   if (!replaced.patches.empty()) {
-    out.c = scale_replaced(rows, row_target, areas, replaced.patches);
+    out.c = scale_replaced(rows, row_target, areas, replaced.patches, ranks);
     for_each_row(n, [&](Index i) {
       for (const Entry& e : rows[i])
         if (replaced.has(i) || replaced.has(e.column))
           target[i] -= out.c[i] * out.c[e.column] * static_cast<double>(e.value) / areas[i];
     });
+    gather(ranks, target);
   }
   Scaled sampled(n);
   Eigen::ArrayXd& d = sampled.factor;
@@ -88,6 +90,7 @@ RowScaling scaling_to_row_sums(const RowList& rows, const Eigen::ArrayXd& row_ta
       y[i] = d[i] / areas[i] *
              sum(rows[i], [&](const Entry& e) { return static_cast<double>(e.value) * dx[e.column]; });
     });
+    gather(ranks, y);
     return y;
   };
   Eigen::ArrayXd reached, best_reached;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 
@@ -21,9 +23,9 @@ void require_factors(Index i, std::span<const Index> columns, std::span<const do
           i, columns[k], values[k]));
 }
 
-// Adds the lower triangle of a reciprocal F: F_ji = F_ij A_i / A_j.
-void mirror(RowList& upper, const Eigen::ArrayXd& areas) {
-  const RowList lower = transpose(upper, upper.size());
+// Adds the lower triangle of a reciprocal F: F_ji = F_ij A_i / A_j, rounded as mirror_dense does.
+void mirror(RowList& upper, const Eigen::ArrayXd& areas, const Ranks* ranks) {
+  const RowList lower = transpose(upper, ranks);
   for_each_row(static_cast<Index>(upper.size()), [&](Index j) {
     const Row& left = lower[j];
     Row& row = upper[j];
@@ -31,40 +33,53 @@ void mirror(RowList& upper, const Eigen::ArrayXd& areas) {
     full.reserve(left.size() + row.size());
     for (const Entry& e : left)
       if (e.column != j)
-        full.push_back({e.column, rounded_down(static_cast<double>(e.value) * areas[e.column] / areas[j])});
+        full.push_back(
+            {e.column, rounded_down(static_cast<double>(e.value) * areas[e.column] * (1 / areas[j]))});
     full.insert(full.end(), row.begin(), row.end());
     row = std::move(full);
   });
 }
 
-void take(const PartialRows& partial, ComputedRows& out) {
+// Marks them in `have`.
+void take(const PartialRows& partial, ComputedRows& out, std::vector<std::uint8_t>& have) {
   const auto done = static_cast<std::size_t>(partial.done);
-  if (partial.done < 0 || done > out.rows.size() || partial.start.size() != done + 1 ||
+  const std::size_t n = out.rows.size();
+  if (partial.done < 0 || done > n || partial.start.size() != done + 1 ||
       partial.start.back() != partial.values.size() || partial.columns.size() != partial.values.size() ||
-      (!partial.escaped.empty() && partial.escaped.size() != done))
+      (!partial.escaped.empty() && partial.escaped.size() != done) ||
+      (!partial.rows.empty() && partial.rows.size() != done) ||
+      std::ranges::any_of(partial.rows, [&](Index i) { return i < 0 || static_cast<std::size_t>(i) >= n; }))
     throw InputError(fmt::format("{} rows of an earlier run, of {} entries, do not fit {} patches",
-                                 partial.done, partial.values.size(), out.rows.size()));
-  for (std::size_t i = 0; i < done; ++i) {
-    for (std::size_t k = partial.start[i]; k < partial.start[i + 1]; ++k) {
+                                 partial.done, partial.values.size(), n));
+  for (std::size_t r = 0; r < done; ++r) {
+    const Index i = partial.rows.empty() ? static_cast<Index>(r) : partial.rows[r];
+    have[i] = 1;
+    for (std::size_t k = partial.start[r]; k < partial.start[r + 1]; ++k) {
       if (out.packed)
-        out.dense_row(static_cast<Index>(i))[partial.columns[k]] = partial.values[k];
+        out.dense_row(i)[partial.columns[k]] = partial.values[k];
       else
         out.rows[i].push_back({partial.columns[k], partial.values[k]});
     }
-    if (!partial.escaped.empty()) (*out.escaped)[static_cast<Eigen::Index>(i)] = partial.escaped[i];
+    if (!partial.escaped.empty()) (*out.escaped)[i] = partial.escaped[r];
   }
 }
 
-PartialRows first_rows(const ComputedRows& computed, Index done, bool told) {
-  PartialRows out{.done = done, .start = {0}, .columns = {}, .values = {}, .escaped = {}};
-  for (Index i = 0; i < done; ++i) {
+// Those that are there; `told`: with what escapes.
+PartialRows rows_so_far(const ComputedRows& computed, const std::vector<std::uint8_t>& have, bool told) {
+  PartialRows out;
+  out.start = {0};
+  for (Index i = 0; i < static_cast<Index>(have.size()); ++i) {
+    if (have[i] == 0) continue;
+    out.rows.push_back(i);
     for (const Entry& e : computed.packed ? dense_row(computed.packed->rows, i, i) : computed.rows[i]) {
       out.columns.push_back(e.column);
       out.values.push_back(e.value);
     }
     out.start.push_back(out.values.size());
+    if (told) out.escaped.push_back((*computed.escaped)[i]);
   }
-  if (told) out.escaped.assign(computed.escaped->begin(), computed.escaped->begin() + done);
+  out.done = static_cast<Index>(out.rows.size());
+  if (out.done == 0 || out.rows.back() == out.done - 1) out.rows.clear();  // the first
   out.rays = computed.rays;
   out.pairs = computed.pairs;
   return out;
@@ -80,19 +95,20 @@ ComputedRows compute_rows(const FormFactorMethod& method, const Eigen::ArrayXd& 
   const auto n = static_cast<Index>(areas.size());
   const bool upper = method.reciprocal();
   ComputedRows out{RowList(n), {}, Eigen::ArrayXd::Zero(n)};
-  if (upper && method.exact()) {
+  const Ranks* const ranks = options.ranks.get();
+  if (upper && method.exact() && ranks == nullptr) {
     FormFactorMatrix::Rows& dense = out.packed.emplace().rows;
     dense.n = n;
     dense.values = zeros(out.rows.size() * out.rows.size());
   }
   std::atomic<bool> told = n > 0;
-  Index first_row = 0;
+  std::vector<std::uint8_t> have(out.rows.size(), 0);
   if (options.partial) {
-    take(*options.partial, out);
-    first_row = options.partial->done;
-    told = first_row == 0 || !options.partial->escaped.empty();
+    take(*options.partial, out, have);
+    told = told && (options.partial->done == 0 || !options.partial->escaped.empty());
   }
   const auto compute = [&](Index first, Index last) {
+    if (!owns(ranks, first) || have[first] != 0) return;
     method.rows(first, last, upper,
                 [&](Index i, std::span<const Index> columns, std::span<const double> values,
                     std::optional<double> escaped) {
@@ -111,6 +127,7 @@ ComputedRows compute_rows(const FormFactorMethod& method, const Eigen::ArrayXd& 
                   else
                     told = false;
                 });
+    std::fill(have.begin() + first, have.begin() + last, std::uint8_t{1});
   };
   const auto watch = [&](Index done) {
     if (!options.progress) return true;
@@ -126,17 +143,27 @@ ComputedRows compute_rows(const FormFactorMethod& method, const Eigen::ArrayXd& 
     out.pairs += options.partial->pairs;
   };
   out.completed = for_each_block_in_stretches(
-      first_row, n, options.save ? kRowsToSave : n, kRowsPerTask, compute, watch, [&](Index done) {
+      0, n, options.save ? kRowsToSave : n, kRowsPerTask, compute, watch,
+      [&](Index done) {
         if (!options.save) return;
         count();
-        options.save(done, [&] { return first_rows(out, done, told); });
-      });
+        options.save(done, [&] { return rows_so_far(out, have, told); });
+      },
+      ranks);
   count();
-  if (!told) out.escaped.reset();
+  if (ranks != nullptr) {
+    std::array counts = {out.rays,       out.pairs.behind,  out.pairs.hidden,
+                         out.pairs.free, out.pairs.partial, out.pairs.by_rays};
+    ranks->sum(counts);
+    out.rays = counts[0];
+    out.pairs = {counts[1], counts[2], counts[3], counts[4], counts[5]};
+  }
+  gather(ranks, *out.escaped);
+  if (!on_all(ranks, told)) out.escaped.reset();
   if (out.packed)
     out.packed->measured = mirror_dense(out.packed->rows.values, areas);
   else if (upper)
-    mirror(out.rows, areas);
+    mirror(out.rows, areas, ranks);
   return out;
 }
 

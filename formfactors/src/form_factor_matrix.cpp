@@ -16,10 +16,13 @@
 namespace radiosity {
 FormFactorMatrix::FormFactorMatrix(Rows rows) : rows_(std::move(rows)) {
   const auto n = static_cast<std::size_t>(rows_.n);
+  const std::size_t stored =
+      rows_.place.empty() ? n : n - static_cast<std::size_t>(std::ranges::count(rows_.place, -1));
   const bool fits = sparse() ? rows_.start.size() == n + 1 && rows_.columns.size() == rows_.values.size() &&
                                    rows_.start.back() == rows_.values.size()
-                             : rows_.values.size() == n * n && rows_.columns.empty();
-  if (!fits || rows_.escaped.size() != n || (!rows_.diagonal.empty() && rows_.diagonal.size() != n)) {
+                             : rows_.values.size() == stored * n && rows_.columns.empty();
+  if (!fits || rows_.escaped.size() != n || (!rows_.diagonal.empty() && rows_.diagonal.size() != n) ||
+      (!rows_.place.empty() && rows_.place.size() != n)) {
     throw InputError(
         fmt::format("form factor matrix: {} values, {} columns, {} row starts, {} diagonal entries and {} "
                     "escaped fractions do not make {} rows",
@@ -36,7 +39,9 @@ void FormFactorMatrix::require_rows() const {
   if (sparse() && (rows_.start[0] != 0 || !std::is_sorted(rows_.start.begin(), rows_.start.end())))
     throw InputError("form factor matrix: the row starts do not ascend from 0");
   std::vector<std::string> wrong(n);
-  tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) { wrong[i] = fault_of(static_cast<Index>(i)); });
+  tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) {
+    if (rows_.place.empty() || rows_.place[i] >= 0) wrong[i] = fault_of(static_cast<Index>(i));
+  });
   const auto first =
       std::find_if(wrong.begin(), wrong.end(), [](const std::string& w) { return !w.empty(); });
   if (first != wrong.end())
@@ -66,7 +71,11 @@ FormFactorRow FormFactorMatrix::row(Index i) const {
   const auto r = static_cast<std::size_t>(i);
   const double diagonal = rows_.diagonal.empty() ? 0 : rows_.diagonal[r];
   const auto n = static_cast<std::size_t>(rows_.n);
-  if (!sparse()) return {{}, std::span(rows_.values).subspan(r * n, n), diagonal};
+  if (!rows_.place.empty() && rows_.place[r] < 0) return {};
+  if (!sparse()) {
+    const std::size_t place = rows_.place.empty() ? r : rows_.place[r];
+    return {{}, std::span(rows_.values).subspan(place * n, n), diagonal};
+  }
   const std::size_t first = rows_.start[r];
   const std::size_t count = rows_.start[r + 1] - first;
   return {std::span(rows_.columns).subspan(first, count), std::span(rows_.values).subspan(first, count),
@@ -93,6 +102,8 @@ FormFactorMatrix::SparseMap FormFactorMatrix::as_sparse() const {
 
 FormFactorMatrix::DenseMap FormFactorMatrix::as_dense() const {
   if (sparse()) throw InputError("form factor matrix: it is sparse, so there is no dense matrix of it");
+  if (!rows_.place.empty())
+    throw InputError("form factor matrix: other ranks have rows of it, so there is no dense matrix of it");
   return {rows_.values.data(), rows_.n, rows_.n};
 }
 

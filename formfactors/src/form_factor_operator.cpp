@@ -8,7 +8,9 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <utility>
 
+#include "radiosity/meshing/disjoint_sets.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/meshing/tolerances.hpp"
 #include "vector_clones.hpp"
@@ -100,6 +102,17 @@ void sparse_row(const FormFactorRow& row, const double* x, std::size_t bands, do
   for (; b < bands; ++b) sparse_tile<1>(row, x + b, bands, y + b);
 }
 
+// The numbers follow the least patch of each set.
+std::vector<Index> numbered(DisjointSets& sets, Index n) {
+  std::vector<Index> out(static_cast<std::size_t>(n));
+  Index count = 0;
+  for (Index i = 0; i < n; ++i) {
+    const Index root = sets.root(i);
+    out[i] = root == i ? count++ : out[root];
+  }
+  return out;
+}
+
 }  // namespace
 
 void FormFactorOperator::apply(const BandArray& x, BandArray& y) const {
@@ -117,6 +130,53 @@ Eigen::ArrayXd FormFactorOperator::escaped() const {
   return (e.abs() > tolerance::kNotLost).select(e, 0.0);
 }
 
+// A connected room is known to be one after a few rows.
+std::vector<Index> FormFactorRows::component() const {
+  const Index n = size();
+  if (!stored()) return FormFactorOperator::component();
+  DisjointSets sets(n);
+  RowBuffer buffer;
+  Index left = n;
+  for (Index i = 0; i < n && left > 1; ++i)
+    for_each_entry(row(i, buffer), [&](Index j, float value) {
+      if (value > 0 && sets.root(i) != sets.root(j)) {
+        sets.unite(i, j);
+        --left;
+      }
+    });
+  return numbered(sets, n);
+}
+
+DistributedFormFactors::DistributedFormFactors(const FormFactorRows& own, std::shared_ptr<const Ranks> ranks)
+    : own_(own), ranks_(std::move(ranks)) {}
+
+void DistributedFormFactors::multiply(const BandArray& x, BandArray& y) const {
+  own_.apply(x, y);
+  ranks_->gather(y);
+}
+
+// What the rows of each rank connect, one rank at a time.
+std::vector<Index> DistributedFormFactors::component() const {
+  const Index n = own_.size();
+  const std::vector<Index> mine = own_.component();
+  const std::vector<double> sent(mine.begin(), mine.end());
+  std::vector<double> received(sent.size());
+  DisjointSets sets(n);
+  for (int r = 0; r < ranks_->count(); ++r) {
+    std::vector<int> counts(static_cast<std::size_t>(ranks_->count()), 0);
+    counts[static_cast<std::size_t>(r)] = n;
+    const bool is_mine = r == ranks_->rank();
+    ranks_->all_gather(is_mine ? std::span(sent) : std::span<const double>{}, counts, received);
+    std::vector<Index> least;
+    for (Index i = 0; i < n; ++i) {
+      const auto c = static_cast<std::size_t>(received[i]);
+      if (c == least.size()) least.push_back(i);
+      sets.unite(least[c], i);
+    }
+  }
+  return numbered(sets, n);
+}
+
 void FormFactorRows::multiply(const BandArray& x, BandArray& y) const {
   const auto n = static_cast<std::size_t>(size());
   const auto bands = static_cast<std::size_t>(x.cols());
@@ -125,13 +185,19 @@ void FormFactorRows::multiply(const BandArray& x, BandArray& y) const {
   const auto multiply_block = [&](const tbb::blocked_range<Index>& block) {
     RowBuffer buffer;
     std::array<double, kBlock> diagonal;
-    std::array<const float*, kBlock> dense;  // F is stored dense: all rows of the block
+    std::array<const float*, kBlock> dense;  // F is stored dense: rows that follow one another
     std::size_t count = 0;
+    const auto multiply_dense = [&](Index end) {
+      if (count > 0)
+        dense_rows(dense.data(), count, by_band.data(), n, bands, &y(end - static_cast<Index>(count), 0));
+      count = 0;
+    };
     for (Index i = block.begin(); i != block.end(); ++i) {
       const FormFactorRow r = row(i, buffer);
       diagonal[i - block.begin()] = r.diagonal;
       const float* const f = r.values.data();
       if (!r.dense()) {
+        multiply_dense(i);
         sparse_row(r, x.data(), bands, &y(i, 0));
       } else if (stored()) {
         dense[count++] = f;
@@ -139,7 +205,7 @@ void FormFactorRows::multiply(const BandArray& x, BandArray& y) const {
         dense_rows(&f, 1, by_band.data(), n, bands, &y(i, 0));
       }
     }
-    if (count > 0) dense_rows(dense.data(), count, by_band.data(), n, bands, &y(block.begin(), 0));
+    multiply_dense(block.end());
     for (Index i = block.begin(); i != block.end(); ++i) y.row(i) += diagonal[i - block.begin()] * x.row(i);
   };
   tbb::parallel_for(tbb::blocked_range<Index>(0, size(), kBlock), multiply_block, tbb::simple_partitioner());

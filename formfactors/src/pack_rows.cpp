@@ -35,21 +35,31 @@ std::vector<float> zeros(std::size_t count) {
   return values;
 }
 
-FormFactorMatrix::Rows store(RowList& rows, const std::function<void(Index, Row&)>& finish) {
+FormFactorMatrix::Rows store(RowList& rows, const Ranks* ranks,
+                             const std::function<void(Index, Row&)>& finish) {
   FormFactorMatrix::Rows out;
   out.n = static_cast<Index>(rows.size());
   const std::size_t n = rows.size();
   const std::size_t entries = count_entries(rows);
-  const bool sparse = sparse_is_smaller(n, entries);
+  const bool sparse = sparse_is_smaller(n, total(ranks, entries));
+  std::size_t stored = n;
+  if (ranks != nullptr) {
+    stored = 0;
+    out.place.assign(n, -1);
+    for (Index i = 0; i < out.n; ++i)
+      if (ranks->owns(i)) out.place[i] = static_cast<Index>(stored++);
+  }
   if (sparse) {
     out.start.assign(n + 1, 0);
     for (std::size_t i = 0; i < n; ++i) out.start[i + 1] = out.start[i] + rows[i].size();
     out.columns.resize(entries);
     out.values.resize(entries);
   } else {
-    out.values = zeros(n * n);
+    out.values = zeros(stored * n);
   }
   for_each_row(out.n, [&](Index i) {
+    if (!owns(ranks, i)) return;
+    const std::size_t place = out.place.empty() ? i : out.place[i];
     Row& row = rows[i];
     if (finish) finish(i, row);
     for (std::size_t k = 0; k < row.size(); ++k) {
@@ -58,7 +68,7 @@ FormFactorMatrix::Rows store(RowList& rows, const std::function<void(Index, Row&
         out.columns[out.start[i] + k] = row[k].column;
         out.values[out.start[i] + k] = f;
       } else {
-        out.values[i * n + row[k].column] = f;
+        out.values[place * n + row[k].column] = f;
       }
     }
     row = {};
@@ -66,9 +76,9 @@ FormFactorMatrix::Rows store(RowList& rows, const std::function<void(Index, Row&
   return out;
 }
 
-PackedRows pack(RowList& rows, const Eigen::ArrayXd& areas) {
-  PackedRows out{{}, measure(rows, areas, false)};
-  out.rows = store(rows);
+PackedRows pack(RowList& rows, const Eigen::ArrayXd& areas, const Ranks* ranks) {
+  PackedRows out{{}, measure(rows, areas, false, ranks)};
+  out.rows = store(rows, ranks);
   return out;
 }
 
@@ -154,13 +164,14 @@ void shrink(FormFactorMatrix::Rows& dense) {
   });
   if (!sparse_is_smaller(entries.size(), std::reduce(entries.begin(), entries.end()))) return;
   RowList rows = unpack(dense);
-  dense = store(rows);
+  dense = store(rows, nullptr);
 }
 
-PackedRows pack_scaled(RowList& symmetric, const RowScaling& scaling, const Eigen::ArrayXd& areas) {
+PackedRows pack_scaled(RowList& symmetric, const RowScaling& scaling, const Eigen::ArrayXd& areas,
+                       const Ranks* ranks) {
   PackedRows out{{}, {Eigen::ArrayXd::Zero(areas.size()), Eigen::ArrayXd::Zero(areas.size())}};
   const Eigen::ArrayXd inverse = 1 / areas;
-  out.rows = store(symmetric, [&](Index i, Row& row) {
+  out.rows = store(symmetric, ranks, [&](Index i, Row& row) {
     double error = 0;
     for (Entry& e : row) {
       const double s = scaling(i, e.column) * static_cast<double>(e.value);
@@ -174,6 +185,8 @@ PackedRows pack_scaled(RowList& symmetric, const RowScaling& scaling, const Eige
     out.measured.sums[i] = sum(row);
     out.measured.reciprocity[i] = error;
   });
+  gather(ranks, out.measured.sums);
+  gather(ranks, out.measured.reciprocity);
   return out;
 }
 

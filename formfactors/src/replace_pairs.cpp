@@ -2,6 +2,8 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <bit>
+#include <cstdint>
 #include <limits>
 
 #include "assembly_steps.hpp"
@@ -10,11 +12,12 @@
 namespace radiosity {
 
 std::shared_ptr<const PairRows> compute_pairs(const PairwisePatches& chosen, const Eigen::ArrayXd& areas,
-                                              const Progress& progress) {
+                                              const Progress& progress, const Ranks* ranks) {
   const std::size_t count = chosen.patches.size();
   auto out = std::make_shared<PairRows>(PairRows{chosen.patches, chosen.misjudged, chosen.lamps,
                                                  chosen.hidden, RowList(count), RowList(count)});
   const auto compute = [&](Index k) {
+    if (ranks != nullptr && k % ranks->count() != ranks->rank()) return;
     const Index i = chosen.patches[k];
     std::vector<double> all;
     chosen.factors->cluster_row(i, false, all);
@@ -27,12 +30,21 @@ std::shared_ptr<const PairRows> compute_pairs(const PairwisePatches& chosen, con
   const bool completed = for_each_block(
       static_cast<Index>(count), 1, [&](Index k, Index) { compute(k); },
       [&](Index) { return !progress || progress(1); });
-  if (!completed) return nullptr;
+  if (!on_all(ranks, completed)) return nullptr;
   return out;
 }
 
+// Values of which each is set on one rank, and 0 on the others.
+static void unite(const Ranks* ranks, std::span<double> values) {
+  if (ranks == nullptr) return;
+  std::vector<std::uint64_t> bits(values.size());
+  std::ranges::transform(values, bits.begin(), [](double x) { return std::bit_cast<std::uint64_t>(x); });
+  ranks->sum(bits);
+  std::ranges::transform(bits, values.begin(), [](std::uint64_t x) { return std::bit_cast<double>(x); });
+}
+
 BandArray pair_errors(const PairRows& pairs, const Visibility& visibility, const BandArray& radiosity,
-                      std::span<const Index> clusters) {
+                      std::span<const Index> clusters, const Ranks* ranks) {
   const PatchMesh& mesh = visibility.mesh();
   BandArray out =
       BandArray::Constant(mesh.cluster_count(), radiosity.cols(), std::numeric_limits<double>::quiet_NaN());
@@ -43,7 +55,18 @@ BandArray pair_errors(const PairRows& pairs, const Visibility& visibility, const
     members.insert(members.end(), mesh.members(c).begin(), mesh.members(c).end());
   constexpr Index kMore = 4;
   const PairFactors better(visibility, kMore * pairwise_samples(visibility), 2, kFactorTolerance, members);
-  tbb::parallel_for(std::size_t{0}, clusters.size(), [&](std::size_t c) {
+  const auto count = static_cast<Eigen::Index>(clusters.size());
+  Eigen::ArrayXXd given = Eigen::ArrayXXd::Zero(static_cast<Eigen::Index>(pairs.patches.size()), count);
+  for (Eigen::Index k = 0; k < given.rows(); ++k)
+    for (Eigen::Index c = 0; c < count; ++c) {
+      const Row& column = pairs.columns[k];
+      const auto at = std::ranges::lower_bound(column, clusters[c], {}, &Entry::column);
+      if (at != column.end() && at->column == clusters[c]) given(k, c) = static_cast<double>(at->value);
+    }
+  unite(ranks, {given.data(), static_cast<std::size_t>(given.size())});
+  BandArray errors = BandArray::Zero(count, radiosity.cols());
+  tbb::parallel_for(Eigen::Index{0}, count, [&](Eigen::Index c) {
+    if (ranks != nullptr && c % ranks->count() != ranks->rank()) return;
     const Index i = clusters[c];
     Eigen::ArrayXd factors = Eigen::ArrayXd::Zero(static_cast<Eigen::Index>(pairs.patches.size()));
     for (const Index member : mesh.members(i))
@@ -56,14 +79,11 @@ BandArray pair_errors(const PairRows& pairs, const Visibility& visibility, const
           [&](const std::vector<Index>& patches) {
             return std::ranges::all_of(patches, [&](Index j) { return place[mesh.cluster(j)] < 0; });
           });
-    out.row(i).setZero();
-    for (Eigen::Index k = 0; k < factors.size(); ++k) {
-      const Row& column = pairs.columns[k];
-      const auto at = std::ranges::lower_bound(column, i, {}, &Entry::column);
-      const double given = at != column.end() && at->column == i ? static_cast<double>(at->value) : 0;
-      out.row(i) += (given - factors[k]) * radiosity.row(pairs.patches[k]);
-    }
+    for (Eigen::Index k = 0; k < factors.size(); ++k)
+      errors.row(c) += (given(k, c) - factors[k]) * radiosity.row(pairs.patches[k]);
   });
+  unite(ranks, {errors.data(), static_cast<std::size_t>(errors.size())});
+  for (Eigen::Index c = 0; c < count; ++c) out.row(clusters[c]) = errors.row(c);
   return out;
 }
 
@@ -83,14 +103,27 @@ void drop_hidden(RowList& rows, const std::vector<Index>& hidden) {
   });
 }
 
-ReplacedRows replace_by_pairs(RowList& rows, const PairRows& pairs) {
+ReplacedRows replace_by_pairs(RowList& rows, const PairRows& pairs, const Ranks* ranks) {
   ReplacedRows replaced(static_cast<Index>(rows.size()), pairs.patches);
   if (pairs.patches.empty()) return replaced;
-  for (std::size_t k = 0; k < pairs.patches.size(); ++k) rows[pairs.patches[k]] = pairs.rows[k];
-  RowList exact = transpose(pairs.columns, rows.size());
+  RowList exact;
+  if (ranks == nullptr) {
+    for (std::size_t k = 0; k < pairs.patches.size(); ++k) rows[pairs.patches[k]] = pairs.rows[k];
+    exact = transpose(pairs.columns, rows.size());
+  } else {  // twice transposed, rows are with their owners
+    RowList sends(rows.size()), receives(rows.size());
+    for (std::size_t k = 0; k < pairs.patches.size(); ++k) {
+      sends[pairs.patches[k]] = pairs.rows[k];
+      receives[pairs.patches[k]] = pairs.columns[k];
+    }
+    sends = transpose(transpose(sends, ranks), ranks);
+    for (const Index i : pairs.patches) rows[i] = std::move(sends[i]);
+    exact = transpose(receives, ranks);
+  }
   for_each_row(static_cast<Index>(rows.size()), [&](Index i) {
     if (replaced.has(i)) return;
-    for (Entry& e : exact[i]) e.column = pairs.patches[e.column];
+    if (ranks == nullptr)
+      for (Entry& e : exact[i]) e.column = pairs.patches[e.column];
     Row merged;
     merged.reserve(rows[i].size() + exact[i].size());
     merge(rows[i], exact[i], [&](Index j, double sampled, double pair) {

@@ -11,6 +11,7 @@
 #include <span>
 #include <vector>
 
+#include "radiosity/formfactors/ranks.hpp"
 #include "radiosity/meshing/types.hpp"
 
 namespace radiosity {
@@ -27,6 +28,8 @@ std::size_t count_entries(const RowList& rows);
 
 /// Mᵀ of a matrix M with so many columns.
 RowList transpose(const RowList& rows, std::size_t columns);
+/// Of a square M that several ranks hold, each some of its rows, the rows of Mᵀ that this one owns; the others are empty.
+RowList transpose(const RowList& rows, const Ranks* ranks);
 
 /// f(i) of rows [0, n), in parallel.
 template <class F>
@@ -70,6 +73,6 @@ inline double sum(const Row& row) {
 /// The same of a dense row.
 double sum(std::span<const float> row);
 
-Eigen::ArrayXd row_sums(const RowList& rows);
+Eigen::ArrayXd row_sums(const RowList& rows, const Ranks* ranks);
 
 }  // namespace radiosity

@@ -27,8 +27,8 @@ void drop_isolated(RowList& rows, const Eigen::ArrayXd& target) {
   });
 }
 
-MeasuredRows measure(RowList& rows, const Eigen::ArrayXd& areas, bool symmetrise) {
-  RowList t = transpose(rows, rows.size());
+MeasuredRows measure(RowList& rows, const Eigen::ArrayXd& areas, bool symmetrise, const Ranks* ranks) {
+  RowList t = transpose(rows, ranks);
   MeasuredRows out{Eigen::ArrayXd(areas.size()), Eigen::ArrayXd(areas.size())};
   for_each_row(static_cast<Index>(rows.size()), [&](Index i) {
     Row& row = rows[i];
@@ -46,6 +46,8 @@ MeasuredRows measure(RowList& rows, const Eigen::ArrayXd& areas, bool symmetrise
     if (symmetrise) row = Row(symmetric.begin(), symmetric.end());
     t[i] = {};
   });
+  gather(ranks, out.sums);
+  gather(ranks, out.reciprocity);
   return out;
 }
 

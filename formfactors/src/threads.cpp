@@ -49,13 +49,13 @@ bool for_each_block(Index count, Index block, const std::function<void(Index, In
 bool for_each_block_in_stretches(Index begin, Index end, Index stretch, Index block,
                                  const std::function<void(Index, Index)>& work,
                                  const std::function<bool(Index)>& watch,
-                                 const std::function<void(Index)>& ended) {
+                                 const std::function<void(Index)>& ended, const Ranks* ranks) {
   for (Index first = begin;; first = std::min(end - first, stretch) + first) {
     const Index last = std::min(end - first, stretch) + first;
-    if (!for_each_block(
-            last - first, block, [&](Index a, Index b) { work(first + a, first + b); },
-            [&](Index done) { return watch(first + done); }))
-      return false;
+    const bool completed = for_each_block(
+        last - first, block, [&](Index a, Index b) { work(first + a, first + b); },
+        [&](Index done) { return watch(first + done); });
+    if (!on_all(ranks, completed)) return false;
     ended(last);
     if (last == end) return true;
   }

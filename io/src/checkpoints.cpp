@@ -3,7 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <set>
+#include <string_view>
 #include <system_error>
+#include <utility>
 
 #include "digest.hpp"
 #include "hdf5_support.hpp"
@@ -18,7 +22,7 @@ namespace fs = std::filesystem;
 constexpr const char* kFormat = "radiosity checkpoint 1";
 constexpr const char* kHolds = "the state of a solve";
 
-fs::path beside(const fs::path& result, const char* ending) {
+fs::path beside(const fs::path& result, const std::string& ending) {
   return result.parent_path() / (result.stem().string() + ending);
 }
 
@@ -93,42 +97,97 @@ class Checkpoints::Clock {
 };
 
 Checkpoints::Checkpoints(const fs::path& result, std::uint64_t work, const std::string& version,
-                         double seconds)
-    : rows_file_(beside(result, ".checkpoint.h5")),
+                         double seconds, std::shared_ptr<const Ranks> ranks)
+    : result_(result),
+      rows_file_(beside(result, ranks == nullptr ? ".checkpoint.h5"
+                                                 : fmt::format(".checkpoint-{}-of-{}.h5", ranks->rank() + 1,
+                                                               ranks->count()))),
       elements_file_(beside(result, ".checkpoint-elements.h5")),
       work_(work),
       version_(version),
-      seconds_(seconds) {}
+      seconds_(seconds),
+      ranks_(std::move(ranks)) {}
 
 bool Checkpoints::found() const {
   std::error_code none;
-  return fs::exists(rows_file_, none) || fs::exists(elements_file_, none);
+  return !rows_files().empty() || fs::exists(elements_file_, none);
+}
+
+std::vector<fs::path> Checkpoints::rows_files() const {
+  std::vector<fs::path> files;
+  std::error_code none;
+  const fs::path folder = result_.parent_path();
+  const std::string begin = result_.stem().string() + ".checkpoint";
+  for (const auto& entry : fs::directory_iterator(folder.empty() ? fs::path(".") : folder, none)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with(begin) || !name.ends_with(".h5")) continue;
+    const std::string_view rest = std::string_view(name).substr(begin.size(), name.size() - begin.size() - 3);
+    // "", or "-2-of-4"
+    if (rest.empty() ||
+        (rest.find("-of-") != rest.npos && rest.find_first_not_of("-of0123456789") == rest.npos))
+      files.push_back(folder / name);
+  }
+  std::ranges::sort(files);
+  return files;
+}
+
+PartialRows Checkpoints::read_rows(const fs::path& file) const {
+  return read_hdf5(file, kFormat, kHolds, [&](H5::H5File& in, const Attributes& attributes) {
+    require_same_work(file, attributes);
+    PartialRows rows;
+    rows.done = attributes.number<std::int32_t>("done");
+    rows.rays = attributes.number<std::uint64_t>("rays");
+    for_each_count(rows.pairs, [&](const char* name, std::uint64_t& count) {
+      count = attributes.number<std::uint64_t>(name);
+    });
+    if (in.nameExists("rows")) rows.rows = read_array<Index>(in, "rows");
+    rows.start = read_array<std::size_t>(in, "start");
+    rows.columns = read_array<Index>(in, "columns");
+    rows.values = read_array<float>(in, "values");
+    if (in.nameExists("escaped")) rows.escaped = read_array<double>(in, "escaped");
+    return rows;
+  });
 }
 
 void Checkpoints::resume() {
-  const auto require_same_work = [&](const fs::path& file, const Attributes& attributes) {
-    if (attributes.text("version") != version_ || attributes.number<std::uint64_t>("work") != work_)
-      throw InputError(fmt::format(
-          "{}: is of other work than this: the scene, the settings or the program have changed since; "
-          "remove it, or run without --resume",
-          file.string()));
-  };
   std::error_code none;
-  if (fs::exists(rows_file_, none))
-    rows_ = read_hdf5(rows_file_, kFormat, kHolds, [&](H5::H5File& in, const Attributes& attributes) {
-      require_same_work(rows_file_, attributes);
-      auto rows = std::make_shared<PartialRows>();
-      rows->done = attributes.number<std::int32_t>("done");
-      rows->rays = attributes.number<std::uint64_t>("rays");
-      for_each_count(rows->pairs, [&](const char* name, std::uint64_t& count) {
-        count = attributes.number<std::uint64_t>(name);
-      });
-      rows->start = read_array<std::size_t>(in, "start");
-      rows->columns = read_array<Index>(in, "columns");
-      rows->values = read_array<float>(in, "values");
-      if (in.nameExists("escaped")) rows->escaped = read_array<double>(in, "escaped");
-      return std::shared_ptr<const PartialRows>(std::move(rows));
-    });
+  const std::vector<fs::path> files = rows_files();
+  if (files.size() == 1 && ranks_ == nullptr) {
+    rows_ = std::make_shared<const PartialRows>(read_rows(files[0]));
+  } else if (!files.empty()) {
+    auto own = std::make_shared<PartialRows>();
+    own->start = {0};
+    std::set<Index> taken;  // whoever owns them
+    bool told = true;
+    for (std::size_t f = 0; f < files.size(); ++f) {
+      const PartialRows part = read_rows(files[f]);
+      bool fresh = false;
+      for (Index r = 0; r < part.done; ++r) {
+        const Index i = part.rows.empty() ? r : part.rows[static_cast<std::size_t>(r)];
+        if (!taken.insert(i).second) continue;
+        fresh = true;
+        if (!owns(ranks_.get(), i)) continue;
+        const auto row = static_cast<std::size_t>(r);
+        for (std::size_t k = part.start[row]; k < part.start[row + 1]; ++k) {
+          own->columns.push_back(part.columns[k]);
+          own->values.push_back(part.values[k]);
+        }
+        own->start.push_back(own->values.size());
+        own->rows.push_back(i);
+        told = told && !part.escaped.empty();
+        if (told) own->escaped.push_back(part.escaped[row]);
+      }
+      // What was counted is summed over the ranks in the end: one of them takes it on.
+      if (fresh && (ranks_ == nullptr || static_cast<int>(f) % ranks_->count() == ranks_->rank())) {
+        own->rays += part.rays;
+        own->pairs += part.pairs;
+      }
+    }
+    if (!told) own->escaped.clear();
+    own->done = static_cast<Index>(own->rows.size());
+    rows_ = std::move(own);
+  }
+  // Every rank reads these.
   if (fs::exists(elements_file_, none))
     elements_ = read_hdf5(elements_file_, kFormat, kHolds, [&](H5::H5File& in, const Attributes& attributes) {
       require_same_work(elements_file_, attributes);
@@ -136,6 +195,14 @@ void Checkpoints::resume() {
       return std::make_shared<const PartialProbe>(PartialProbe{read_band_array(in, "irradiance", bands),
                                                                read_band_array(in, "standard_error", bands)});
     });
+}
+
+void Checkpoints::require_same_work(const fs::path& file, const Attributes& attributes) const {
+  if (attributes.text("version") != version_ || attributes.number<std::uint64_t>("work") != work_)
+    throw InputError(fmt::format(
+        "{}: is of other work than this: the scene, the settings or the program have changed since; "
+        "remove it, or run without --resume",
+        file.string()));
 }
 
 void Checkpoints::connect(SolveOptions& options) {
@@ -158,11 +225,13 @@ void Checkpoints::connect(SolveOptions& options) {
       write_array(out, "start", rows.start);
       write_array(out, "columns", rows.columns);
       write_array(out, "values", rows.values);
+      if (!rows.rows.empty()) write_array(out, "rows", rows.rows);
       if (!rows.escaped.empty()) write_array(out, "escaped", rows.escaped);
     });
   };
   options.save_elements = [this, begin, clock = Clock(seconds_)](
                               Index, const std::function<PartialProbe()>& state) mutable {
+    if (ranks_ && ranks_->rank() > 0) return;  // they are whole on all of them
     if (!clock.due()) return;
     const PartialProbe elements = state();
     write_hdf5(elements_file_, kFormat, [&](H5::H5File& out, Attributes& attributes) {
@@ -176,7 +245,7 @@ void Checkpoints::connect(SolveOptions& options) {
 
 void Checkpoints::remove() const {
   std::error_code ignored;
-  fs::remove(rows_file_, ignored);
+  for (const fs::path& file : rows_files()) fs::remove(file, ignored);
   fs::remove(elements_file_, ignored);
 }
 

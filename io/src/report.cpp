@@ -196,6 +196,14 @@ void write_report(const std::filesystem::path& file, const Report& report) {
   add("probe", report.probe);
   json["seconds"] = to_json(report.seconds);
   json["peak_memory_bytes"] = report.peak_memory_bytes;
+  for (const Report::Rank& rank : report.ranks)
+    json["ranks"].push_back({{"rows", rank.rows},
+                             {"form_factor_bytes", rank.form_factor_bytes},
+                             {"form_factors_s", rank.form_factors_s},
+                             {"solve_s", rank.solve_s},
+                             {"received_bytes", rank.received_bytes},
+                             {"exchange_s", rank.exchange_s},
+                             {"peak_memory_bytes", rank.peak_memory_bytes}});
   // File names need not be UTF-8; numbers that are not finite become null.
   write_file(file, json.dump(2, ' ', false, Json::error_handler_t::replace) + '\n');
 }

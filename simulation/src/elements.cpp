@@ -78,6 +78,7 @@ ProbeResult gather_at(const Visibility& visibility, const Solution& solution, co
                 .seed = gather.seed,
                 .patch = on,
                 .progress = gather.progress,
+                .ranks = gather.ranks,
                 .partial = gather.partial,
                 .save = gather.save});
 }
@@ -286,9 +287,12 @@ std::optional<Elements> gather_members(const Visibility& visibility, const Solut
         gather.samples * std::sqrt(mesh.area(i) * static_cast<double>(lit.size()) / area), kLeast, kMost)));
   BandArray irradiance = solution.irradiance;
   BandArray standard_error = BandArray::Zero(irradiance.rows(), irradiance.cols());
-  const ProbeResult gathered =
-      probe(visibility, solution.radiosity, solution.vertex_radiosity, sensors,
-            {.samples_of = samples, .seed = gather.seed, .patch = lit, .progress = gather.progress});
+  const ProbeResult gathered = probe(visibility, solution.radiosity, solution.vertex_radiosity, sensors,
+                                     {.samples_of = samples,
+                                      .seed = gather.seed,
+                                      .patch = lit,
+                                      .progress = gather.progress,
+                                      .ranks = gather.ranks});
   if (!gathered.completed) return std::nullopt;
   irradiance(lit, Eigen::all) = gathered.irradiance.max(0);  // no light is negative, whatever its noise
   standard_error(lit, Eigen::all) = gathered.standard_error;

@@ -24,6 +24,21 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 struct Stopped {};
 
+// F as a system takes it, whole or shared by ranks.
+class Applied {
+ public:
+  Applied(const FormFactorMatrix& f, const std::shared_ptr<const Ranks>& ranks) : f_(f) {
+    if (ranks) distributed_.emplace(f, ranks);
+  }
+  const FormFactorOperator& form_factors() const {
+    return distributed_ ? static_cast<const FormFactorOperator&>(*distributed_) : f_;
+  }
+
+ private:
+  const FormFactorMatrix& f_;
+  std::optional<DistributedFormFactors> distributed_;
+};
+
 struct Solved {
   BandArray radiosity;
   Index lamps;                                // AssemblyReport::lamps
@@ -43,7 +58,9 @@ Solved solve_on(const SolvedProblem& problem, const PatchMesh& mesh, const Visib
   assembly.pair_rows = std::move(pair_rows);
   const auto [f, report] = assemble(*method, visibility, assembly);
   if (!report.completed) throw Stopped{};
-  return {problem.solver.solve(RadiositySystem(f, mesh), quiet(problem.solver_options)).radiosity,
+  const Applied applied(f, assembly.ranks);
+  return {problem.solver.solve(RadiositySystem(applied.form_factors(), mesh), quiet(problem.solver_options))
+              .radiosity,
           report.lamps, report.pair_rows};
 }
 
@@ -167,27 +184,30 @@ Eigen::ArrayXd pairs_square(const SolvedProblem& problem) {
   }
   const BandArray radiosity = mesh.per_cluster(problem.solution.radiosity);
   const BandArray emission = mesh.per_cluster(mesh.emission());
-  return mean_square(mesh.cluster_areas(),
-                     mesh.per_cluster(mesh.reflectance()) *
-                         pair_errors(*problem.pair_rows, problem.visibility, radiosity, clusters),
-                     radiosity - emission);
+  return mean_square(
+      mesh.cluster_areas(),
+      mesh.per_cluster(mesh.reflectance()) * pair_errors(*problem.pair_rows, problem.visibility, radiosity,
+                                                         clusters, problem.assembly.ranks.get()),
+      radiosity - emission);
 }
 
 // What exchanges nothing.
-std::vector<std::uint8_t> isolated(const FormFactorMatrix& f) {
-  std::vector<std::uint8_t> out;
+std::vector<std::uint8_t> isolated(const FormFactorMatrix& f, const Ranks* ranks) {
+  Eigen::ArrayXd out(f.size());
   for (Index i = 0; i < f.size(); ++i) {
     const auto values = f.row(i).values;
-    out.push_back(std::none_of(values.begin(), values.end(), [](float v) { return v > 0; }) ? 1 : 0);
+    out[i] = std::none_of(values.begin(), values.end(), [](float v) { return v > 0; }) ? 1 : 0;
   }
-  return out;
+  gather(ranks, out);
+  return {out.begin(), out.end()};
 }
 
 // Absent, with a note, where few patches have others beside them to be joined with.
 std::optional<Coarsening> coarser(const SolvedProblem& problem, const FormFactorMatrix& f, double factor,
                                   std::vector<std::string>& notes) {
   const Index n = f.size();
-  Coarsening out = coarsen(problem.patches.mesh, problem.visibility.facets(), factor, isolated(f));
+  Coarsening out = coarsen(problem.patches.mesh, problem.visibility.facets(), factor,
+                           isolated(f, problem.assembly.ranks.get()));
   if (out.count <= 0.7 * n) return out;
   notes.push_back(fmt::format(
       "error of the patches: joining those beside each other leaves {} of {}, too many to tell the order",
@@ -203,7 +223,8 @@ struct CoarseError {
 };
 
 CoarseError coarse_error(const SolvedProblem& problem, const FormFactorMatrix& f, const Coarsening& larger) {
-  if (problem.assembly.progress && !problem.assembly.progress(0)) throw Stopped{};
+  const std::shared_ptr<const Ranks>& ranks = problem.assembly.ranks;
+  if (!on_all(ranks.get(), !problem.assembly.progress || problem.assembly.progress(0))) throw Stopped{};
   const PatchMesh& mesh = problem.patches.mesh;
   std::vector<Index> first(
       static_cast<std::size_t>(larger.count));  // members: one material, so one ρ and one E
@@ -217,8 +238,9 @@ CoarseError coarse_error(const SolvedProblem& problem, const FormFactorMatrix& f
   }
   const auto of_first = [&](const BandArray& values) -> BandArray { return values(first, Eigen::all); };
   const BandArray emission = of_first(mesh.emission());
-  const FormFactorMatrix aggregated = aggregate(f, mesh.cluster_areas(), larger);
-  const RadiositySystem system(aggregated, areas, of_first(mesh.reflectance()), emission,
+  const FormFactorMatrix aggregated = aggregate(f, mesh.cluster_areas(), larger, ranks.get());
+  const Applied applied(aggregated, ranks);
+  const RadiositySystem system(applied.form_factors(), areas, of_first(mesh.reflectance()), emission,
                                of_first(mesh.absorptance()));
   const BandArray radiosity = problem.solver.solve(system, quiet(problem.solver_options)).radiosity;
   CoarseError out{
@@ -264,7 +286,7 @@ std::optional<PatchError> patch_error(const SolvedProblem& problem, const FormFa
 
 // What `compute` gives; nothing, and a note, where it has not the memory or breaks a rule: the solution stands without it.
 template <class Compute>
-auto attempt(std::string_view part, std::vector<std::string>& notes, Compute&& compute)
+auto attempt(std::string_view part, std::vector<std::string>& notes, const Ranks* ranks, Compute&& compute)
     -> std::optional<decltype(compute())> {
   const auto note = [&](std::string_view why) {
     notes.push_back(fmt::format("error of the {}: not estimated: {}", part, why));
@@ -274,6 +296,7 @@ auto attempt(std::string_view part, std::vector<std::string>& notes, Compute&& c
   } catch (const Error& error) {
     note(error.what());
   } catch (const std::bad_alloc&) {
+    if (ranks != nullptr) throw;  // others may go on
     note("out of memory");
   }
   return std::nullopt;
@@ -282,6 +305,7 @@ auto attempt(std::string_view part, std::vector<std::string>& notes, Compute&& c
 ErrorEstimate estimate(const SolvedProblem& problem, std::unique_ptr<const FormFactorMatrix> form_factors) {
   const PatchMesh& mesh = problem.patches.mesh;
   const BandArray& radiosity = problem.solution.radiosity;
+  const Ranks* const ranks = problem.assembly.ranks.get();
   ErrorEstimate out;
   out.solver = problem.solution.report.residual;
 
@@ -289,7 +313,7 @@ ErrorEstimate estimate(const SolvedProblem& problem, std::unique_ptr<const FormF
   Eigen::ArrayXd square = Eigen::ArrayXd::Constant(radiosity.cols(), out.solver * out.solver);
   out.per_patch = mesh.per_cluster(out.solver * reflected).square();
 
-  const auto patches = attempt("patches", out.notes, [&] {
+  const auto patches = attempt("patches", out.notes, ranks, [&] {
                          return patch_error(problem, *form_factors, out.notes);
                        }).value_or(std::nullopt);
   form_factors.reset();  // the rest needs the memory
@@ -301,7 +325,8 @@ ErrorEstimate estimate(const SolvedProblem& problem, std::unique_ptr<const FormF
   }
 
   const auto method = problem.method.make(problem.visibility, problem.form_factor_options);
-  const auto noise = attempt("form factors", out.notes, [&] { return form_factor_error(problem, *method); });
+  const auto noise =
+      attempt("form factors", out.notes, ranks, [&] { return form_factor_error(problem, *method); });
   if (noise) {
     const Eigen::ArrayXd wrong = unreliable_square(problem, out.notes) + pairs_square(problem);
     const Eigen::ArrayXd all = noise->relative_square + wrong + problem.unrestored * problem.unrestored;

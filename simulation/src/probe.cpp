@@ -102,9 +102,9 @@ Bands mean_reflected(const PatchMesh& mesh, const BandArray& radiosity) {
   return power;
 }
 
-ProbeResult gather(const Visibility& visibility, const BandArray& radiosity,
-                   const BandArray& vertex_radiosity, std::span<const Sensor> sensors,
-                   const ProbeOptions& options) {
+ProbeResult measure(const Visibility& visibility, const BandArray& radiosity,
+                    const BandArray& vertex_radiosity, std::span<const Sensor> sensors,
+                    const ProbeOptions& options) {
   const PatchMesh& mesh = visibility.mesh();
   const Eigen::Index bands = radiosity.cols();
   const auto count = static_cast<Index>(sensors.size());
@@ -124,7 +124,7 @@ ProbeResult gather(const Visibility& visibility, const BandArray& radiosity,
   };
   tbb::enumerable_thread_specific<Memory> memories;
 
-  const auto measure = [&](Index s, Memory& m) {
+  const auto measure_at = [&](Index s, Memory& m) {
     const Sensor& sensor = sensors[s];
     if (!options.patch.empty() && options.patch[s] != m.patch) {
       m.patch = options.patch[s];
@@ -163,7 +163,8 @@ ProbeResult gather(const Visibility& visibility, const BandArray& radiosity,
     result.standard_error.row(s) = m.variance.sqrt();
   };
 
-  constexpr Index kBlock = 16, kToSave = 1024 * kBlock;
+  const Ranks* const ranks = options.ranks.get();
+  constexpr Index kBlock = Ranks::kBlock, kToSave = 1024 * kBlock;
   Index begin = 0;
   if (options.partial) {
     begin = static_cast<Index>(options.partial->irradiance.rows());
@@ -171,18 +172,22 @@ ProbeResult gather(const Visibility& visibility, const BandArray& radiosity,
     result.standard_error.topRows(begin) = options.partial->standard_error;
   }
   const auto measure_all = [&](Index first, Index last) {
+    if (!owns(ranks, first)) return;
     Memory& memory = memories.local();
-    for (Index s = first; s < last; ++s) measure(s, memory);
+    for (Index s = first; s < last; ++s) measure_at(s, memory);
   };
   result.completed = for_each_block_in_stretches(
       begin, count, options.save ? kToSave : count, kBlock, measure_all,
       [&](Index done) { return !options.progress || options.progress(static_cast<double>(done) / count); },
       [&](Index done) {
+        gather(ranks, result.irradiance);
+        gather(ranks, result.standard_error);
         if (options.save)
           options.save(done, [&] {
             return PartialProbe{result.irradiance.topRows(done), result.standard_error.topRows(done)};
           });
-      });
+      },
+      ranks);
   return result;
 }
 
@@ -207,7 +212,7 @@ ProbeResult probe(const Visibility& visibility, const BandArray& radiosity, cons
       });
     };
   ProbeResult result =
-      gather(visibility, radiosity.rowwise() / unit, vertex_radiosity.rowwise() / unit, sensors, in_units);
+      measure(visibility, radiosity.rowwise() / unit, vertex_radiosity.rowwise() / unit, sensors, in_units);
   result.irradiance.rowwise() *= unit;
   result.standard_error.rowwise() *= unit;
   return result;

@@ -22,6 +22,7 @@ AssemblyOptions assembly_options(const SceneToSolve& task, SolveStage stage) {
   assembly.close = task.options.close;
   assembly.memory_limit_bytes = memory_limit(task.options.memory_limit_bytes);
   assembly.progress = task.watch.of(stage);
+  assembly.ranks = task.options.ranks;
   return assembly;
 }
 
@@ -73,7 +74,8 @@ class Prepared {
 
   /// All of F can be assembled within the memory limit.
   bool fits_memory() const {
-    return assembly_bytes(out_.patches.mesh.cluster_count(), chosen_.method->max_entries_per_row()) <=
+    const auto ranks = task_.options.ranks ? task_.options.ranks->count() : 1;
+    return assembly_bytes(out_.patches.mesh.cluster_count(), chosen_.method->max_entries_per_row()) / ranks <=
            static_cast<double>(memory_limit(task_.options.memory_limit_bytes));
   }
 
@@ -93,8 +95,9 @@ class Prepared {
     facts.assembly = std::move(assembled.report);
     out_.seconds.form_factors = watch_.lap();
     facts.storage = matrix.sparse() ? FormFactorStorage::sparse : FormFactorStorage::dense;
-    facts.nonzeros = matrix.nonzeros();
-    facts.bytes = matrix.bytes();
+    facts.nonzeros = total(options.ranks.get(), matrix.nonzeros());
+    facts.own_bytes = matrix.bytes();
+    facts.bytes = total(options.ranks.get(), facts.own_bytes);
     const AssemblyReport& assembly = facts.assembly;
     Modelled::Saved& saved = out_.modelled.saved;
     const PairCounts& pairs = assembly.pairs;
@@ -257,6 +260,10 @@ SolvedScene solve_once(const SceneToSolve& task, const SceneSettings& settings, 
   out.solver = info.name;
   out.solver_options = options;
 
+  const std::shared_ptr<const Ranks>& ranks = task.options.ranks;
+  if (ranks && (!info.gathers || info.make()->reads_rows()))
+    throw InputError(fmt::format(
+        "solver {} runs in one process: on several ranks take conjugate-gradient or jacobi", info.name));
   // Shooting reads a row at a time; but what tells the error needs all of them, as leaving them open on request does.
   const bool all_rows = info.gathers || !task.options.close || task.options.accuracy ||
                         task.options.form_factors || (task.options.estimate_error && prepared.fits_memory());
@@ -273,9 +280,15 @@ SolvedScene solve_once(const SceneToSolve& task, const SceneSettings& settings, 
   }
 
   Stopwatch watch;
-  const std::unique_ptr<Solver> solver = info.make();
+  const std::unique_ptr<Solver> solver = task.options.make_solver ? task.options.make_solver() : info.make();
   {
-    const RadiositySystem system(all_rows ? static_cast<const FormFactorRows&>(*matrix) : *rows, mesh);
+    std::optional<DistributedFormFactors> distributed;
+    if (ranks) distributed.emplace(*matrix, ranks);
+    const FormFactorOperator& form_factors = distributed
+                                                 ? static_cast<const FormFactorOperator&>(*distributed)
+                                             : all_rows ? static_cast<const FormFactorOperator&>(*matrix)
+                                                        : *rows;
+    const RadiositySystem system(form_factors, mesh);
     if (task.options.step)
       options.step = [&](Index iteration, double, const BandArray& radiosity) {
         task.options.step(iteration, mesh.per_patch(radiosity));
@@ -284,7 +297,7 @@ SolvedScene solve_once(const SceneToSolve& task, const SceneSettings& settings, 
     const Progress progress = task.watch.of(SolveStage::solve);
     options.progress = [&, done = 0.0](Index, double residual) mutable {  // residuals may rise
       done = std::max(done, solved_fraction(residual, options.tolerance));
-      return progress(done);
+      return on_all(ranks.get(), progress(done));
     };
     out.solution =
         assembly.completed ? solve(*solver, system, mesh, options) : nothing_exchanged(mesh, system);
@@ -329,6 +342,7 @@ void add_elements(SolvedScene& solved, const SceneSettings& settings, const Scen
   gather.samples = settings.element_samples.value_or(gather.samples);
   gather.seed = settings.seed.value_or(gather.seed);
   gather.progress = task.watch.of(SolveStage::elements);
+  gather.ranks = task.options.ranks;
   if (!task.options.accuracy) {
     gather.partial = task.options.partial_elements;
     gather.save = task.options.save_elements;
@@ -372,13 +386,16 @@ SolvedScene solve_scene(const Scene& scene, const SceneSettings& settings, const
   const SceneToSolve task{decided, options, setups, watch};
   if (options.accuracy && (options.form_factors || options.partial_rows || options.partial_elements))
     throw InputError("an accuracy chooses patches and form factors: those of an earlier run cannot be used");
+  if (options.accuracy && options.ranks)
+    throw InputError(
+        "an accuracy is reached in one process, not on several ranks: its rounds are planned by the clock");
   const auto* const given = settings.elements ? std::get_if<ElementSize>(&*settings.elements) : nullptr;
   if (given != nullptr && !(given->metres > 0))
     throw InputError(fmt::format("elements: size {} m is not positive", given->metres));
   SolvedScene solved =
       options.accuracy ? solve_to_accuracy(task, settings) : solve_once(task, settings, "analytic");
   if (gathers_in_the_end(settings, solved.patches.mesh.clustered()) &&
-      solved.form_factors.assembly.completed && !watch.stopped())
+      solved.form_factors.assembly.completed && on_all(options.ranks.get(), !watch.stopped()))
     add_elements(solved, settings, task);
   return solved;
 }

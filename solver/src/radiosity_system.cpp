@@ -7,36 +7,9 @@
 
 #include <cmath>
 
-#include "radiosity/meshing/disjoint_sets.hpp"
 #include "radiosity/meshing/error.hpp"
 
 namespace radiosity {
-namespace {
-
-// The number of each patch's component; the numbers follow the least patch of each. A connected room is known to be one after
-// a few rows.
-std::vector<Index> connected(const FormFactorRows* f, Index n) {
-  std::vector<Index> component(n, 0);
-  if (f == nullptr || !f->stored()) return component;
-  DisjointSets sets(n);
-  RowBuffer buffer;
-  Index left = n;
-  for (Index i = 0; i < n && left > 1; ++i)
-    for_each_entry(f->row(i, buffer), [&](Index j, float value) {
-      if (value > 0 && sets.root(i) != sets.root(j)) {
-        sets.unite(i, j);
-        --left;
-      }
-    });
-  Index count = 0;
-  for (Index i = 0; i < n; ++i) {
-    const Index root = sets.root(i);
-    component[i] = root == i ? count++ : component[root];
-  }
-  return component;
-}
-
-}  // namespace
 
 RadiositySystem::RadiositySystem(const FormFactorOperator& form_factors, Eigen::ArrayXd areas,
                                  BandArray reflectance, BandArray emission, BandArray absorptance)
@@ -49,7 +22,7 @@ RadiositySystem::RadiositySystem(const FormFactorOperator& form_factors, Eigen::
       escaped_(Eigen::ArrayXd::Zero(form_factors.rows())) {
   validate();
   if (!on_demand()) escaped_ = form_factors.escaped();
-  component_ = std::make_shared<const std::vector<Index>>(connected(rows_, size()));
+  component_ = std::make_shared<const std::vector<Index>>(form_factors.component());
   for (const Index c : *component_) components_ = std::max(components_, c + 1);
 }
 

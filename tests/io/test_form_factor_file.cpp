@@ -96,7 +96,8 @@ TEST(FormFactorFile, DigestsTellPatchesApart) {
 TEST(Checkpoints, ComeBackToTheBitAndGoWhenThereIsAResult) {
   const TemporaryDirectory directory;
   const fs::path result = directory / "out.vtp";
-  const PartialRows rows{2, {0, 1, 3}, {1, 0, 2}, {0.1F, 0.25F, 0.5F}, {0.125, 0.25}, 77, {1, 2, 3, 4, 5}};
+  const PartialRows rows{
+      2, {}, {0, 1, 3}, {1, 0, 2}, {0.1F, 0.25F, 0.5F}, {0.125, 0.25}, 77, {1, 2, 3, 4, 5}};
   const PartialProbe elements{BandArray::Constant(4, 2, 1.0 / 3), BandArray::Constant(4, 2, 0.1)};
   {
     Checkpoints saving(result, 42, "1.2.3", 0);

@@ -9,6 +9,7 @@
 
 #include "radiosity/formfactors/form_factor_matrix.hpp"
 #include "radiosity/formfactors/form_factor_method.hpp"
+#include "radiosity/formfactors/ranks.hpp"
 #include "radiosity/meshing/progress.hpp"
 
 namespace radiosity {
@@ -16,9 +17,11 @@ namespace radiosity {
 /// Factors of the patches whose rows and columns were computed pair by pair. Opaque; they depend on the mesh and not on samples.
 struct PairRows;
 
-/// The first rows of F as a method gave them, before anything is restored.
+/// The first rows of F as a method gave them, before anything is restored; of a run of several ranks, some rows in whole blocks
+/// (Ranks::kBlock).
 struct PartialRows {
-  Index done = 0;                  ///< rows
+  Index done = 0;                  ///< how many
+  std::vector<Index> rows = {};    ///< their numbers, ascending; empty: the first
   std::vector<std::size_t> start;  ///< done + 1 offsets into columns and values
   std::vector<Index> columns;
   std::vector<float> values;
@@ -32,6 +35,8 @@ struct AssemblyOptions {
   std::size_t memory_limit_bytes =
       0;  ///< of F; 0: none. Exceeding it throws MemoryLimitError before it is allocated.
   Progress progress = {};
+  /// Share the work, and each keeps its own rows; null: this process does all of it. All ranks assemble alike.
+  std::shared_ptr<const Ranks> ranks = {};
   /// Of an earlier assembly of the same mesh by the same method: its pairs are taken as they are, and no others are computed.
   std::shared_ptr<const PairRows> pair_rows = {};
   /// Of an earlier assembly that was ended: its rows are taken as they are, and the bits are those of one that was not.
@@ -109,7 +114,7 @@ AssembledFormFactors assemble(const FormFactorMethod& method, const Visibility& 
 /// clusters × bands: Σ_j (F_ij − F'_ij) B_j with F' of four times the points or shadow rays, at other places. The rows of clusters
 /// that were not asked about are not-a-number.
 BandArray pair_errors(const PairRows& pairs, const Visibility& visibility, const BandArray& radiosity,
-                      std::span<const Index> clusters);
+                      std::span<const Index> clusters, const Ranks* ranks = nullptr);
 
 /// F that is not assembled: each row is computed when a solver asks for it, as the method makes it, but the rows
 /// of lamps pair by pair as in `assemble`. Rows are kept while there is room, and the one that nobody has asked for longest makes room

@@ -23,6 +23,8 @@ class FormFactorMatrix final : public FormFactorRows {
     std::vector<float> values;
     std::vector<double> diagonal;  ///< d_i; empty: zero
     std::vector<double> escaped;   ///< 1 − Σ_j F_ij − d_i
+    /// Of each row its place among those that are stored; −1: another rank has it, and here it is empty. Empty: all are.
+    std::vector<Index> place = {};
   };
   /// Throws InputError when the sizes do not fit together, columns are not those of patches, ascending, a factor is negative or
   /// not finite, or a row and what escapes do not add up to 1 (but for the rounding of a sum of doubles).
@@ -40,7 +42,7 @@ class FormFactorMatrix final : public FormFactorRows {
   std::size_t nonzeros() const;
   std::size_t bytes() const;
   /// What is stored, as Eigen's own solvers take it; the diagonal remainder is not in it. Valid as long as this matrix. Throws
-  /// InputError where F is dense (sparse), or has more entries than an Index counts.
+  /// InputError where F is dense (sparse), or has more entries than an Index counts, and as_dense where other ranks have rows of it.
   using SparseMap = Eigen::Map<const Eigen::SparseMatrix<float, Eigen::RowMajor, Index>>;
   using DenseMap = Eigen::Map<const Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
   SparseMap as_sparse() const;

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <memory>
 #include <span>
 #include <vector>
 
+#include "radiosity/formfactors/ranks.hpp"
 #include "radiosity/meshing/types.hpp"
 
 namespace radiosity {
@@ -22,6 +24,12 @@ class FormFactorOperator {
   /// The share of what leaves i that reaches no patch's front, of each row:  1 − Σ_j F_ij. Unless an operator knows better, by applying
   /// it to 1, with what is nothing but rounding, below tolerance::kNotLost, taken for 0.
   virtual Eigen::ArrayXd escaped() const;
+
+  /// Of a square F: patches that exchange light with each other, directly or by way of others, have the same number, counted from 0 in
+  /// the order of the least patch of each. All 0 unless an operator knows better.
+  virtual std::vector<Index> component() const {
+    return std::vector<Index>(static_cast<std::size_t>(rows()), 0);
+  }
 
  private:
   /// Fills y, which has rows × bands values, with F x.
@@ -68,9 +76,32 @@ class FormFactorRows : public FormFactorOperator {
   virtual bool stored() const = 0;
 
   Eigen::ArrayXd escaped() const override = 0;
+  /// All 0 where rows are not stored.
+  std::vector<Index> component() const override;
 
  private:
   void multiply(const BandArray& x, BandArray& y) const final;
+};
+
+/// F whose rows several ranks have, each those that it owns. Collective: see Ranks.
+class DistributedFormFactors final : public FormFactorOperator {
+ public:
+  /// `own` has all n rows, those of others empty, and what escapes from each. It must outlive this object.
+  DistributedFormFactors(const FormFactorRows& own, std::shared_ptr<const Ranks> ranks);
+
+  Index rows() const override { return own_.size(); }
+  Index columns() const override { return own_.size(); }
+  Eigen::ArrayXd escaped() const override { return own_.escaped(); }
+  std::vector<Index> component() const override;
+
+  const FormFactorRows& own() const { return own_; }
+  const Ranks& ranks() const { return *ranks_; }
+
+ private:
+  void multiply(const BandArray& x, BandArray& y) const override;
+
+  const FormFactorRows& own_;
+  std::shared_ptr<const Ranks> ranks_;
 };
 
 }  // namespace radiosity

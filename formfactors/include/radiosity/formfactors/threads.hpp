@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 
+#include "radiosity/formfactors/ranks.hpp"
 #include "radiosity/meshing/types.hpp"
 
 namespace radiosity {
@@ -29,10 +30,11 @@ bool for_each_block(Index count, Index block, const std::function<void(Index fir
                     const std::function<bool(Index done)>& watch = {});
 
 /// The same for the indices of [begin, end), so many at a stretch; watch is told how many of those from 0 on are done. At the end of each
-/// stretch, if only of an empty one, ended(last) is called on the calling thread while all others rest.
+/// stretch, if only of an empty one, ended(last) is called on the calling thread while all others rest. Of several ranks, all go on with the
+/// next stretch or none does.
 bool for_each_block_in_stretches(Index begin, Index end, Index stretch, Index block,
                                  const std::function<void(Index first, Index last)>& work,
                                  const std::function<bool(Index done)>& watch,
-                                 const std::function<void(Index last)>& ended);
+                                 const std::function<void(Index last)>& ended, const Ranks* ranks = nullptr);
 
 }  // namespace radiosity

@@ -68,6 +68,15 @@ struct Report {
     double read = 0, mesh = 0, form_factors = 0, solve = 0, error = 0, elements = 0, write = 0, total = 0;
   } seconds;
   std::uint64_t peak_memory_bytes = 0;
+
+  /// What each process of a run of several did, up to the end of its solve.
+  struct Rank {
+    double rows = 0, form_factor_bytes = 0;
+    double form_factors_s = 0, solve_s = 0;     ///< waiting included
+    double received_bytes = 0, exchange_s = 0;  ///< from others; waiting for them included
+    double peak_memory_bytes = 0;
+  };
+  std::vector<Rank> ranks;  ///< empty: one process
 };
 
 /// Writes the JSON with the stable names of docs/formats.md. Throws IoError when it cannot be written.

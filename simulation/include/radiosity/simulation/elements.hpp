@@ -22,6 +22,7 @@ struct ElementGather {
   Index samples = 128;     ///< rays per element, rounded up to 32 k²
   std::uint64_t seed = 1;  ///< of the random numbers, one stream per element
   Progress progress = {};
+  std::shared_ptr<const Ranks> ranks = {};           ///< see ProbeOptions
   std::shared_ptr<const PartialProbe> partial = {};  ///< see ProbeOptions
   std::function<void(Index done, const std::function<PartialProbe()>& state)> save = {};
 };

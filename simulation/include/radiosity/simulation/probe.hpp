@@ -6,6 +6,7 @@
 #include <memory>
 #include <span>
 
+#include "radiosity/formfactors/ranks.hpp"
 #include "radiosity/formfactors/visibility.hpp"
 #include "radiosity/meshing/progress.hpp"
 #include "radiosity/meshing/types.hpp"
@@ -30,6 +31,7 @@ struct ProbeOptions {
   std::span<const Index> patch =
       {};  ///< of each sensor, the one that it lies on; empty where that is not known, which costs more
   Progress progress = {};
+  std::shared_ptr<const Ranks> ranks = {};  ///< share the sensors; null: this process measures at all of them
   /// Of an earlier call of the same that was ended: so many sensors are taken as they are.
   std::shared_ptr<const PartialProbe> partial = {};
   /// Called on the calling thread each time that some hundred sensors more are done, and with the last one; `state` copies them.

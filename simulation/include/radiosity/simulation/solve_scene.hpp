@@ -38,7 +38,12 @@ struct SolveOptions {
   std::optional<double> accuracy = {};
   double seconds =
       std::numeric_limits<double>::infinity();  ///< wall time after which the work stops with what there is
-  std::size_t memory_limit_bytes = 0;           ///< of F; 0: the memory of this machine
+  std::size_t memory_limit_bytes = 0;           ///< of F, on each rank; 0: the memory of this machine
+  /// Share the work, null: this process does all of it. All ranks solve the same scene with the same settings, and each gets all of the
+  /// solution, to the bits of one process. Not of an accuracy, nor by solvers that read rows.
+  std::shared_ptr<const Ranks> ranks = {};
+  /// In place of the one that the settings name.
+  std::function<std::unique_ptr<Solver>()> make_solver = {};
 
   /// The fraction of a stage that is done. False asks to stop: what has been reached is returned.
   std::function<bool(SolveStage, double fraction)> progress = {};
@@ -87,7 +92,8 @@ struct FormFactorFacts {
   bool reciprocal = false;    ///< pairs, not directions
   bool exact = false;
   FormFactorStorage storage = FormFactorStorage::dense;
-  std::size_t nonzeros = 0, bytes = 0;  ///< of what is stored
+  std::size_t nonzeros = 0, bytes = 0;  ///< of what is stored, on all ranks
+  std::size_t own_bytes = 0;            ///< on this one
   AssemblyReport assembly;
 };
 
