@@ -98,7 +98,7 @@ RowTargets row_targets(const FormFactorMethod& method, const Visibility& visibil
 }  // namespace
 
 double assembly_bytes(double patches, double entries) {
-  return std::min(32 * patches * std::min(patches, entries), 24 * patches * patches);
+  return 24 * patches * std::min(patches, entries);
 }
 
 AssembledFormFactors assemble(const FormFactorMethod& method, const Visibility& visibility,

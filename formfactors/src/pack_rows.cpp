@@ -52,27 +52,39 @@ FormFactorMatrix::Rows store(RowList& rows, const Ranks* ranks,
   if (sparse) {
     out.start.assign(n + 1, 0);
     for (std::size_t i = 0; i < n; ++i) out.start[i + 1] = out.start[i] + rows[i].size();
-    out.columns.resize(entries);
-    out.values.resize(entries);
+    out.columns.reserve(entries);
+    out.values.reserve(entries);
   } else {
     out.values = zeros(stored * n);
   }
-  for_each_row(out.n, [&](Index i) {
-    if (!owns(ranks, i)) return;
-    const std::size_t place = out.place.empty() ? i : out.place[i];
-    Row& row = rows[i];
-    if (finish) finish(i, row);
-    for (std::size_t k = 0; k < row.size(); ++k) {
-      const float f = row[k].value;
-      if (sparse) {
-        out.columns[out.start[i] + k] = row[k].column;
-        out.values[out.start[i] + k] = f;
-      } else {
-        out.values[place * n + row[k].column] = f;
-      }
+  // Some rows at a time, whose memory goes back before that of the next is touched.
+  constexpr std::size_t kTimes = 16;
+  const std::size_t stretch = (n + kTimes - 1) / kTimes;
+  for (std::size_t first = 0; first < n; first += stretch) {
+    const std::size_t last = std::min(n, first + stretch);
+    if (sparse) {
+      out.columns.resize(out.start[last]);
+      out.values.resize(out.start[last]);
     }
-    row = {};
-  });
+    for_each_row(static_cast<Index>(last - first), [&](Index k) {
+      const std::size_t i = first + static_cast<std::size_t>(k);
+      if (!owns(ranks, static_cast<Index>(i))) return;
+      const std::size_t place = out.place.empty() ? i : out.place[i];
+      Row& row = rows[i];
+      if (finish) finish(static_cast<Index>(i), row);
+      for (std::size_t e = 0; e < row.size(); ++e) {
+        const float f = row[e].value;
+        if (sparse) {
+          out.columns[out.start[i] + e] = row[e].column;
+          out.values[out.start[i] + e] = f;
+        } else {
+          out.values[place * n + row[e].column] = f;
+        }
+      }
+      row = Row();  // {} would keep its memory
+    });
+    release_freed(entries);
+  }
   return out;
 }
 

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "row_list.hpp"
 
+#if __has_include(<malloc.h>)
+#include <malloc.h>
+#endif
+
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -81,6 +85,13 @@ RowList transpose(const RowList& rows, const Ranks* ranks) {
   }
   for_each_row(static_cast<Index>(n), [&](Index j) { std::ranges::sort(t[j], {}, &Entry::column); });
   return t;
+}
+
+void release_freed([[maybe_unused]] std::size_t entries) {
+#ifdef __GLIBC__
+  constexpr std::size_t kMany = 1 << 21;
+  if (entries >= kMany) malloc_trim(0);
+#endif
 }
 
 RADIOSITY_CLONES static double sum_of(const float* values, std::size_t count) {

@@ -31,6 +31,10 @@ RowList transpose(const RowList& rows, std::size_t columns);
 /// Of a square M that several ranks hold, each some of its rows, the rows of Mᵀ that this one owns; the others are empty.
 RowList transpose(const RowList& rows, const Ranks* ranks);
 
+/// Gives back to the system what rows of so many entries were freed of, where that is much: pages between others that are still in use
+/// stay with the process otherwise.
+void release_freed(std::size_t entries);
+
 /// f(i) of rows [0, n), in parallel.
 template <class F>
 void for_each_row(Index n, F&& f) {

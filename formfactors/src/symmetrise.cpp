@@ -44,10 +44,12 @@ MeasuredRows measure(RowList& rows, const Eigen::ArrayXd& areas, bool symmetrise
     });
     out.reciprocity[i] = error;
     if (symmetrise) row = Row(symmetric.begin(), symmetric.end());
-    t[i] = {};
+    t[i] = Row();  // {} would keep its memory
   });
   gather(ranks, out.sums);
   gather(ranks, out.reciprocity);
+  t.clear();
+  release_freed(count_entries(rows));
   return out;
 }
 

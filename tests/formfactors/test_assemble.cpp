@@ -311,7 +311,7 @@ TEST_P(Assembly, StopsWhilePairsAreComputed) {
 }
 
 TEST_P(Assembly, CountsPairsInTheMemoryThatItMayTake) {
-  // Of n rows with at most k = 16 entries (directions), 32 n k bytes; the rows and columns of m lamps may add 2 m entries to each.
+  // Of n rows with at most k = 16 entries (directions), 24 n k bytes; the rows and columns of m lamps may add 2 m entries to each.
   const MethodSetup setup(lit_room(), info(), setting_of(info(), 16));
   const Index n = setup.size(), k = setup.method->max_entries_per_row();
   if (k > 16) GTEST_SKIP() << "stores all pairs anyway";

@@ -135,7 +135,7 @@ TEST(ErrorEstimate, IsTheSameForFacesThatAreThePatches) {
   EXPECT_TRUE((kept.estimate.per_patch == cut.estimate.per_patch).all());
 }
 
-// One viewpoint of 8 cells has at most 192 entries a row, four have 768: on 600 patches 32 · 600 · 192 = 3.7 MB, but 24 · 600² = 8.6 MB.
+// One viewpoint of 8 cells has at most 192 entries a row, four have 768: on 600 patches 24 · 600 · 192 = 2.8 MB, but 24 · 600² = 8.6 MB.
 TEST(ErrorEstimate, SaysWhichPartItHasNoMemoryFor) {
   const ErrorEstimate cramped =
       run(scene_of(cube_room(10)), KeepFaces{}, "hemicube", {.samples = 1, .resolution = 8}, 5'000'000)

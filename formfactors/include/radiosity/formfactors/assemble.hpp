@@ -85,8 +85,8 @@ struct AssembledFormFactors {
   AssemblyReport report;
 };
 
-/// Bytes that assembling F of `patches` rows of at most `entries` entries may take for certain: rows, their transpose and the
-/// symmetric union of both stand in memory at the same time, 8 bytes an entry.
+/// Bytes that assembling F of `patches` rows of at most `entries` entries may take for certain: rows and their transpose stand in memory at
+/// the same time, 8 bytes an entry, or in their place the symmetric union of both; half as much again for what memory in pieces loses.
 double assembly_bytes(double patches, double entries);
 
 /// The mesh's clusters as PatchMesh::Arrays::patch_cluster, with those members apart that see nothing of what the others do: what
