@@ -43,13 +43,14 @@ struct ItemArrays {
 
 void ItemArrays::List::add(const Visibility& visibility, std::span<const Index> vertices, std::int32_t p,
                            std::int32_t shown) {
-  const std::size_t lane = count++ % kLanes, corners = vertices.size();
+  const std::size_t lane = count++ % kLanes, corners = vertices.size(),
+                    size = item_buffer::kNumbersPerCorner * corners * kLanes;
   if (lane == 0) {  // all of which are this polygon, and shown in its place, until others come
-    numbers.resize(numbers.size() + item_buffer::numbers_per_polygon(corners) * kLanes);
+    numbers.resize(numbers.size() + size);
     plane.resize(plane.size() + kLanes);
     content.resize(content.size() + kLanes);
   }
-  float* const batch = &numbers[numbers.size() - item_buffer::numbers_per_polygon(corners) * kLanes];
+  float* const batch = &numbers[numbers.size() - size];
   for (std::size_t to = lane; to < kLanes; ++to) {
     for (std::size_t k = 0; k < corners; ++k) {
       const Vec3 x = visibility.scaled(visibility.mesh().vertex(vertices[k]));

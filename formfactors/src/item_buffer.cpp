@@ -333,7 +333,7 @@ void draw_polygons(const Polygons& polygons, const View& view, const Face* faces
   Batch<kCorners> batch;
   const float* numbers = polygons.numbers;
   for (std::size_t first = 0; first < polygons.count;
-       first += kLanes, numbers += numbers_per_polygon(kCorners) * kLanes) {
+       first += kLanes, numbers += kNumbersPerCorner * kCorners * kLanes) {
     const std::int32_t* const plane = polygons.plane + first;
     const Ints facing = gather(buffers.front, plane);
     Triple corner[kCorners];

@@ -26,9 +26,7 @@ struct Polygons {
   const float* numbers;
   const std::int32_t *plane, *content;
 };
-constexpr std::size_t numbers_per_polygon(std::size_t corners) {
-  return 7 * corners;
-}
+inline constexpr std::size_t kNumbersPerCorner = 7;
 
 struct Items {
   Polygons triangles, quads;

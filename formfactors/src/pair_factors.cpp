@@ -295,9 +295,6 @@ std::optional<double> PairFactors::visible_by_areas(Index i, const Polygon& from
   if (scratch.candidates.size() > ShadowShare::kMost ||
       (to.centroid - from.centroid).norm() < tolerance::kShadowShare * to.radius + from.radius)
     return std::nullopt;
-  const auto height = [&](const Vec3& x) { return to.normal.dot(x - to.centroid); };
-  double least = std::numeric_limits<double>::infinity();
-  for (const Vec3& c : from.corners) least = std::min(least, height(c));
   thread_local std::vector<std::vector<Vec3>> parts;
   parts.resize(scratch.candidates.size());
   std::size_t corners = 0;
@@ -305,16 +302,11 @@ std::optional<double> PairFactors::visible_by_areas(Index i, const Polygon& from
     std::vector<Vec3>& part = parts[k];
     part = polygon::clip(occluders_->corners(scratch.candidates[k]), to.normal, to.centroid);
     part = polygon::clip(part, from.normal, from.centroid);
-    // Whatever is higher over `to` than a point has no shadow from there; between them, that is rarer.
-    const auto too_high = [&] {
-      return std::any_of(part.begin(), part.end(), [&](const Vec3& c) { return height(c) > 0.999 * least; });
-    };
     thread_local std::vector<Vec3> clipped;
     clipped = part;
     if (part.size() >= 3) Occluders::clip_to_shaft(clipped, scratch);
     if (clipped.size() < 3) part.clear();
     if (part.empty()) continue;
-    if (too_high()) part = clipped;
     corners += part.size();
     if (corners > ShadowShare::kMostCorners) return std::nullopt;
   }

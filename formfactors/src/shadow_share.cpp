@@ -203,6 +203,8 @@ RADIOSITY_INLINE Lanes product(const double* a, const Lanes& x, const Lanes& y, 
   return a[0] * x + a[1] * y + a[2] * z;
 }
 
+constexpr double kBelow = 1 - 1e-4;
+
 // Of eight points.
 template <bool kTriangle>
 RADIOSITY_INLINE void add_sums(const double* const* points, const double* normal, const Frame& q,
@@ -225,7 +227,7 @@ RADIOSITY_INLINE void add_sums(const double* const* points, const double* normal
   const Lanes zero{}, one = zero + 1;
   Lanes hidden{};
   LaneBits whole{}, unsure{};
-  Lanes corner_u[ShadowShare::kMostCorners], corner_v[ShadowShare::kMostCorners];
+  Lanes corner_u[2 * ShadowShare::kMostCorners], corner_v[2 * ShadowShare::kMostCorners];
   Projected projected[ShadowShare::kMost];
   std::size_t corners = 0;
   for (std::size_t n = 0; n < count; ++n) {
@@ -233,25 +235,53 @@ RADIOSITY_INLINE void add_sums(const double* const* points, const double* normal
     Projected& to = projected[n];
     to.u = corner_u + corners;
     to.v = corner_v + corners;
-    to.count = shadow.count;
-    corners += shadow.count;
-    Lanes highest = zero + shadow.h[0];
-    for (std::size_t k = 0; k < shadow.count; ++k) {
-      // Where the line from the point through a corner meets the plane of q.
-      const Lanes per_h = 1 / larger(h - shadow.h[k], zero + kTiny);
-      to.u[k] = (h * shadow.u[k] - u * shadow.h[k]) * per_h;
-      to.v[k] = (h * shadow.v[k] - v * shadow.h[k]) * per_h;
-      highest = larger(highest, zero + shadow.h[k]);
+    to.count = 0;
+    // Where the line from the point through (a, b) at a height over q meets the plane of q.
+    const auto add = [&](const Lanes& a, const Lanes& b, const Lanes& height) RADIOSITY_INLINED {
+      const Lanes per_h = 1 / larger(h - height, zero + kTiny);
+      to.u[to.count] = (h * a - u * height) * per_h;
+      to.v[to.count++] = (h * b - v * height) * per_h;
+    };
+    // What is nearly as high as the point, or higher, casts no shadow.
+    const Lanes limit = kBelow * h;
+    LaneBits too_high{};
+    for (std::size_t k = 0; k < shadow.count; ++k) too_high |= greater(zero + shadow.h[k], limit);
+    if (!any(too_high)) {
+      for (std::size_t k = 0; k < shadow.count; ++k)
+        add(zero + shadow.u[k], zero + shadow.v[k], zero + shadow.h[k]);
+    } else {
+      // Every corner and where the edge behind it passes the limit, each in its place or in that of the one before it.
+      Lanes last_u = zero, last_v = zero, last_h = zero;
+      const auto cut = [&](std::size_t k) RADIOSITY_INLINED {
+        const std::size_t next = k + 1 == shadow.count ? 0 : k + 1;
+        const double from = shadow.h[k], to_h = shadow.h[next];
+        const LaneBits crosses = greater(zero + from, limit) ^ greater(zero + to_h, limit);
+        const Lanes t = select(crosses, limit - from, zero) / (from == to_h ? 1 : to_h - from);
+        last_u = select(crosses, shadow.u[k] + t * (shadow.u[next] - shadow.u[k]), last_u);
+        last_v = select(crosses, shadow.v[k] + t * (shadow.v[next] - shadow.v[k]), last_v);
+        last_h = select(crosses, limit, last_h);
+        return any(crosses);
+      };
+      for (std::size_t k = 0; k < shadow.count; ++k) cut(k);
+      for (std::size_t k = 0; k < shadow.count; ++k) {
+        const LaneBits below = ~greater(zero + shadow.h[k], limit);
+        last_u = select(below, zero + shadow.u[k], last_u);
+        last_v = select(below, zero + shadow.v[k], last_v);
+        last_h = select(below, zero + shadow.h[k], last_h);
+        if (any(below)) add(last_u, last_v, last_h);
+        if (cut(k)) add(last_u, last_v, last_h);
+      }
     }
+    corners += to.count;
     // Shadows differ in size by a little, so that of edges that two share one is within the other shadow or neither.
     const double larger_by = 1 + 1e-11 * static_cast<double>(n);
     Lanes middle_u{}, middle_v{};
-    for (std::size_t k = 0; k < shadow.count; ++k) {
-      middle_u += to.u[k] * (1 / static_cast<double>(shadow.count));
-      middle_v += to.v[k] * (1 / static_cast<double>(shadow.count));
+    for (std::size_t k = 0; k < to.count; ++k) {
+      middle_u += to.u[k] * (1 / static_cast<double>(to.count));
+      middle_v += to.v[k] * (1 / static_cast<double>(to.count));
     }
-    Lanes sum{}, twice_area{}, low_u{}, high_u{}, low_v{}, high_v{};
-    for (std::size_t k = 0; k < shadow.count; ++k) {
+    Lanes low_u{}, high_u{}, low_v{}, high_v{};
+    for (std::size_t k = 0; k < to.count; ++k) {
       to.u[k] = middle_u + larger_by * (to.u[k] - middle_u);
       to.v[k] = middle_v + larger_by * (to.v[k] - middle_v);
       low_u = k == 0 ? to.u[k] : smaller(low_u, to.u[k]);
@@ -259,24 +289,26 @@ RADIOSITY_INLINE void add_sums(const double* const* points, const double* normal
       low_v = k == 0 ? to.v[k] : smaller(low_v, to.v[k]);
       high_v = k == 0 ? to.v[k] : larger(high_v, to.v[k]);
     }
-    for (std::size_t k = 0; k < shadow.count; ++k) {
-      const std::size_t next = k + 1 == shadow.count ? 0 : k + 1;
+    // Within q; empty where the point does not see the shadow, or that is beside q.
+    LaneBits meets = greater(product(shadow.plane, x, y, z) - shadow.plane[3], zero);
+    if constexpr (kTriangle) meets &= greater(high_u, low_v);
+    to.low_u = select(meets, larger(low_u, zero - 0.5), one);
+    to.high_u = select(meets, smaller(high_u, zero + 0.5), -one);
+    to.low_v = select(meets, larger(low_v, zero - 0.5), one);
+    to.high_v = select(meets, smaller(high_v, zero + 0.5), -one);
+    meets = greater(to.high_u, to.low_u) & greater(to.high_v, to.low_v);
+    if (!any(meets)) continue;
+    Lanes sum{}, twice_area{};
+    for (std::size_t k = 0; k < to.count; ++k) {
+      const std::size_t next = k + 1 == to.count ? 0 : k + 1;
       sum += along_edge(kernel, to.u[k], to.v[k], to.u[next], to.v[next]);
       twice_area +=
           (to.u[k] - to.u[0]) * (to.v[next] - to.v[0]) - (to.u[next] - to.u[0]) * (to.v[k] - to.v[0]);
     }
     to.turn = select(greater(twice_area, zero), one, -one);
-    const LaneBits front = greater(product(shadow.plane, x, y, z) - shadow.plane[3], zero);
-    const LaneBits too_high = front & greater(highest, 0.999 * h);
-    const Lanes mine = select(front & ~too_high, absolute(sum), zero);
+    const Lanes mine = select(meets, absolute(sum), zero);
     hidden += mine;
     whole |= greater(mine, (1 - 1e-12) * kernel.all);
-    unsure |= too_high;
-    // Empty where the point does not see the shadow.
-    to.low_u = select(front, larger(low_u, zero - 0.5), one);
-    to.high_u = select(front, smaller(high_u, zero + 0.5), -one);
-    to.low_v = select(front, larger(low_v, zero - 0.5), one);
-    to.high_v = select(front, smaller(high_v, zero + 0.5), -one);
   }
   for (std::size_t n = 0; n < count; ++n) {
     const Projected* others[kMostOverlaps];

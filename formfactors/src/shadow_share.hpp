@@ -35,8 +35,7 @@ class ShadowShare {
       columns[3].push_back(weight);
     }
     void fill();  ///< the last vector, without weight; the answers with 0
-    /// ∫ K dA and ∫ V K dA, summed up; `unsure` is not 0 where a shadow may overlap more than four others, or
-    /// a polygon reaches as high over q as the point.
+    /// ∫ K dA and ∫ V K dA, summed up; `unsure` is not 0 where a shadow may overlap more than four others.
     std::vector<double> all, seen, unsure;
   };
   /// Of a patch with this normal.

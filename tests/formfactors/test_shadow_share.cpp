@@ -105,10 +105,25 @@ TEST(ShadowShare, CountsWhatShadowsShareOnce) {
   EXPECT_EQ(hidden({half, other, across}), 1);
 }
 
-TEST(ShadowShare, IsUnsureOfWhatIsAsHighAsThePoint) {
+TEST(ShadowShare, LeavesOutWhatIsAsHighAsThePoint) {
   const std::vector<Vec3> q{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
-  const std::vector<std::vector<Vec3>> occluder{{{0.1, 0.1, 100}, {0.6, 0.1, 100}, {0.6, 0.6, 50}}};
-  EXPECT_TRUE(ask(q, Vec3(0.5, 0.5, 100), -Vec3::UnitZ(), occluder).unsure);
+  const Vec3 x(-6, 0.4, 3);
+  const Vec3 n = (Vec3(0.5, 0.5, 0) - x).normalized();
+  const auto upright = [](double y0, double y1, double z1) {
+    return std::vector<Vec3>{{-2, y0, 0}, {-2, y1, 0}, {-2, y1, z1}, {-2, y0, z1}};
+  };
+  for (const double z1 : {2.0, 3.0, 3 + 1e-9, 30.0}) {
+    EXPECT_EQ(ask(q, x, n, std::vector<std::vector<Vec3>>{upright(-9, 9, z1)}).seen, 0) << z1;
+    const std::vector<std::vector<Vec3>> part{upright(0.3, 0.5, z1),
+                                              {{-4, 0.5, 1}, {-4, 0.7, 1}, {-4, 0.7, z1 + 1}}};
+    const Answer found = ask(q, x, n, part), expected = by_grid(q, x, n, part);
+    EXPECT_NEAR(found.seen, expected.seen, 3e-3 * expected.all) << z1;
+    EXPECT_LT(found.seen, 0.9 * found.all) << z1;
+    EXPECT_FALSE(found.unsure);
+  }
+  const std::vector<std::vector<Vec3>> higher{{{-2, -9, 4}, {-2, 9, 4}, {-2, 9, 9}, {-2, -9, 9}}};
+  const Answer all = ask(q, x, n, higher);
+  EXPECT_EQ(all.seen, all.all);
 }
 
 }  // namespace
