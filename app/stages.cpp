@@ -164,10 +164,14 @@ LoadedScene read_stage_shared(Job& job, const std::filesystem::path& file) {
   if (shared.ranks->rank() == 0) {
     LoadedScene loaded = read_stage(job, file);
     shared.broadcast(scene_bytes(loaded));
+    shared.broadcast(std::to_string(digest(loaded, loaded.settings, true)));
     return loaded;
   }
   job.report.scene.emplace();
-  return scene_of_bytes(shared.broadcast({}));
+  LoadedScene loaded = scene_of_bytes(shared.broadcast({}));
+  if (shared.broadcast({}) != std::to_string(digest(loaded, loaded.settings, true)))
+    throw InputError("the scene of this rank is not that of rank 0: they run different programs");
+  return loaded;
 }
 
 void note_ranks(Job& job, const SolvedScene& solved) {
@@ -350,7 +354,8 @@ void Telling::form_factors(const SolvedScene& scene) {
 
 void Telling::solution(const SolvedScene& scene) {
   const SolveReport& report = scene.solution.report;
-  job_.console.line("solver", "{}: {} {}, residual {:.2g}, tolerance {:.2g}", scene.solver, report.iterations,
+  job_.console.line("solver", "{}: {} {}, residual {:.2g}, tolerance {:.2g}",
+                    job_.options.petsc ? "petsc" : scene.solver, report.iterations,
                     find_solver(scene.solver).gathers ? "iterations" : "shots", report.residual,
                     scene.solver_options.tolerance);
   if (!scene.converged()) job_.console.line("not converged", "{}", report.message);
@@ -404,7 +409,8 @@ void Telling::finish(const SolvedScene& solved) {
                                            solved.elements->size, solved.elements->noise()};
   if (solved.solver.empty()) return;
   report.converged = solved.converged();
-  report.solver = {solved.solver, solved.solver_options.tolerance, solved.solution_of_setup(0).report};
+  report.solver = {job_.options.petsc ? "petsc" : solved.solver, solved.solver_options.tolerance,
+                   solved.solution_of_setup(0).report};
   if (!solved.form_factors.assembly.completed) return;
   report.energy = solved.energy_of_setup(0);
   for (std::size_t k = 0; k < setups_.size(); ++k)
