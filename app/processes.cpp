@@ -11,53 +11,53 @@
 #include <cstdio>
 #include <thread>
 
-#include "radiosity/distributed/session.hpp"
+#include "radiosity/distributed/mpi_run.hpp"
 
 namespace radiosity::app {
 
 Processes::Processes() {
-  if (!Session::launched()) return;
-  session_ = std::make_unique<Session>();
-  if (session_->ranks()->rank() > 0 && std::freopen("/dev/null", "w", stdout) == nullptr) std::fclose(stdout);
+  if (!MpiRun::launched()) return;
+  run_ = std::make_unique<MpiRun>();
+  if (run_->ranks()->rank() > 0 && std::freopen("/dev/null", "w", stdout) == nullptr) std::fclose(stdout);
 }
 
 Processes::~Processes() = default;
 
 void Processes::share(Options& options) {
-  if (!session_ && !options.petsc) return;
-  if (!session_) session_ = std::make_unique<Session>();
-  Session& session = *session_;
+  if (!run_ && !options.petsc) return;
+  if (!run_) run_ = std::make_unique<MpiRun>();
+  MpiRun& mpi_run = *run_;
   if (options.command != "solve") {
-    if (session.ranks()->count() > 1)
+    if (mpi_run.ranks()->count() > 1)
       throw UsageError(fmt::format("radiosity {} runs in one process; several can share radiosity solve",
                                    options.command));
     return;
   }
   SharedRun& shared = options.shared.emplace();
-  shared.ranks = session.ranks();
-  shared.broadcast = [&](const std::string& text) { return session.broadcast(text); };
+  shared.ranks = mpi_run.ranks();
+  shared.broadcast = [&](const std::string& text) { return mpi_run.broadcast(text); };
   shared.traffic = [&] {
-    const Session::Traffic traffic = session.traffic();
+    const MpiRun::Traffic traffic = mpi_run.traffic();
     return std::pair(traffic.bytes, traffic.seconds);
   };
   if (options.petsc)
-    shared.make_solver = [&, petsc = *options.petsc] { return session.make_petsc_solver(petsc); };
-  if (options.threads == 0) options.threads = session.threads();
+    shared.make_solver = [&, petsc = *options.petsc] { return mpi_run.make_petsc_solver(petsc); };
+  if (options.threads == 0) options.threads = mpi_run.threads();
   if (options.memory_limit_bytes == 0)
     options.memory_limit_bytes = static_cast<std::size_t>(sysconf(_SC_PHYS_PAGES)) *
                                  static_cast<std::size_t>(sysconf(_SC_PAGESIZE)) /
-                                 static_cast<std::size_t>(session.on_this_machine());
+                                 static_cast<std::size_t>(mpi_run.on_this_machine());
 }
 
 void Processes::wait_to_tell() const {
   using namespace std::chrono_literals;
-  if (!session_) return;
-  const int rank = session_->ranks()->rank();
+  if (!run_) return;
+  const int rank = run_->ranks()->rank();
   if (rank > 0) std::this_thread::sleep_for(1s + std::min(rank, 50) * 100ms);
 }
 
 void Processes::end_all(int status) const {
-  if (session_) session_->abort(status);
+  if (run_) run_->abort(status);
 }
 
 }  // namespace radiosity::app
@@ -65,7 +65,7 @@ void Processes::end_all(int status) const {
 #else
 
 namespace radiosity {
-class Session {};
+class MpiRun {};
 }  // namespace radiosity
 
 namespace radiosity::app {

@@ -6,7 +6,7 @@
 #include "options.hpp"
 
 namespace radiosity {
-class Session;
+class MpiRun;
 }
 
 namespace radiosity::app {
@@ -27,7 +27,7 @@ class Processes {
   void end_all(int status) const;
 
  private:
-  std::unique_ptr<Session> session_;
+  std::unique_ptr<MpiRun> run_;
 };
 
 }  // namespace radiosity::app

@@ -12,7 +12,7 @@
 
 namespace radiosity::app {
 
-/// What this process, one of several, has from the session that it is a part of.
+/// What this process, one of several, has from the run that it is a part of.
 struct SharedRun {
   std::shared_ptr<const Ranks> ranks;
   /// What rank 0 has of it.

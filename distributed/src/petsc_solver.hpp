@@ -12,7 +12,7 @@ void begin_petsc(const std::string& options);
 void add_petsc_options(const std::string& options);
 void end_petsc();
 
-/// See Session::make_petsc_solver.
+/// See MpiRun::make_petsc_solver.
 std::unique_ptr<Solver> petsc_conjugate_gradient();
 
 }  // namespace radiosity

@@ -8,7 +8,7 @@
 #include "cases/limits.hpp"
 #include "cases/matrices.hpp"
 #include "cases/scenes.hpp"
-#include "radiosity/distributed/session.hpp"
+#include "radiosity/distributed/mpi_run.hpp"
 #include "radiosity/formfactors/assemble.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/simulation/solve_scene.hpp"
@@ -16,13 +16,13 @@
 namespace radiosity::test {
 namespace {
 
-Session* session = nullptr;
+MpiRun* mpi_run = nullptr;
 
 const std::shared_ptr<const Ranks>& ranks() {
-  return session->ranks();
+  return mpi_run->ranks();
 }
 
-TEST(Session, SumsGathersExchangesAndBroadcasts) {
+TEST(MpiRun, SumsGathersExchangesAndBroadcasts) {
   const auto r = static_cast<std::uint64_t>(ranks()->rank()),
              count = static_cast<std::uint64_t>(ranks()->count());
   std::uint64_t counted[] = {r + 1, 10};
@@ -54,8 +54,8 @@ TEST(Session, SumsGathersExchangesAndBroadcasts) {
   for (std::size_t s = 0; s < count; ++s) expected.insert(expected.end(), r + s, static_cast<std::byte>(s));
   EXPECT_EQ(received, expected);
 
-  EXPECT_EQ(session->broadcast(r == 0 ? "of rank 0" : ""), "of rank 0");
-  EXPECT_EQ(session->broadcast(""), "");
+  EXPECT_EQ(mpi_run->broadcast(r == 0 ? "of rank 0" : ""), "of rank 0");
+  EXPECT_EQ(mpi_run->broadcast(""), "");
 }
 
 TEST(Distributed, SolvesAndGathersToTheBitsOfOneProcess) {
@@ -81,7 +81,7 @@ TEST(Distributed, SolvesAndGathersToTheBitsOfOneProcess) {
 SolveResult solve_by_petsc(const RadiositySystem& given, const SolverOptions& options) {
   const DistributedFormFactors f(*given.rows(), ranks());
   const RadiositySystem system(f, given.areas(), given.reflectance(), given.emission(), given.absorptance());
-  return session->make_petsc_solver("")->solve(system, options);
+  return mpi_run->make_petsc_solver("")->solve(system, options);
 }
 
 FormFactorMatrix form_factors(const PatchMesh& mesh) {
@@ -151,13 +151,13 @@ TEST(PetscSolver, TakesOptionsAndNamesWhatItRefuses) {
   const DistributedFormFactors shared(f, ranks());
   const RadiositySystem system(shared, Eigen::ArrayXd::Ones(f.size()), half, half, half);
   // R1: B = E / (1 − ρ) = 1.
-  const SolveResult by_gmres = session->make_petsc_solver("-ksp_type gmres")->solve(system);
+  const SolveResult by_gmres = mpi_run->make_petsc_solver("-ksp_type gmres")->solve(system);
   EXPECT_LE((by_gmres.radiosity - 1).abs().maxCoeff(), 1e-6);
-  EXPECT_THROW(session->make_petsc_solver("-ksp_type nonesuch")->solve(system), InputError);
-  const SolveResult by_cg = session->make_petsc_solver("-ksp_type cg")->solve(system);  // and from now on
+  EXPECT_THROW(mpi_run->make_petsc_solver("-ksp_type nonesuch")->solve(system), InputError);
+  const SolveResult by_cg = mpi_run->make_petsc_solver("-ksp_type cg")->solve(system);  // and from now on
   EXPECT_LE((by_cg.radiosity - 1).abs().maxCoeff(), 1e-6);
   EXPECT_THROW(
-      session->make_petsc_solver("")->solve(RadiositySystem(f, Eigen::ArrayXd::Ones(f.size()), half, half)),
+      mpi_run->make_petsc_solver("")->solve(RadiositySystem(f, Eigen::ArrayXd::Ones(f.size()), half, half)),
       InputError);
 }
 
@@ -177,8 +177,8 @@ TEST(PetscSolver, HoldsTheLimitsOfOurOwn) {
 }  // namespace
 
 int run(int argc, char** argv) {
-  Session of_all;
-  session = &of_all;
+  MpiRun of_all;
+  mpi_run = &of_all;
   testing::InitGoogleMock(&argc, argv);
   // Rank 0 tells all, the others what failed on them.
   auto& listeners = testing::UnitTest::GetInstance()->listeners();

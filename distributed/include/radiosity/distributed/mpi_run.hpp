@@ -14,17 +14,17 @@ namespace radiosity {
 
 /// This process as one of those that mpiexec started, from MPI_Init to MPI_Finalize. One at a time, and one in the life of a process.
 /// All calls to MPI and PETSc come from the thread that made it.
-class Session {
+class MpiRun {
  public:
   /// Whether a launcher of MPI programs (Open MPI, MPICH, Slurm) says that it started this process.
   static bool launched();
 
-  Session();
-  ~Session();
-  Session(const Session&) = delete;
-  Session& operator=(const Session&) = delete;
+  MpiRun();
+  ~MpiRun();
+  MpiRun(const MpiRun&) = delete;
+  MpiRun& operator=(const MpiRun&) = delete;
 
-  /// All processes of the run. Must not be used after the session.
+  /// All processes of the run. Must not be used after the run.
   const std::shared_ptr<const Ranks>& ranks() const { return ranks_; }
   /// Threads for this one, so that those on one machine share its cores: 0, as many as there are, where it is bound to some of them.
   int threads() const;

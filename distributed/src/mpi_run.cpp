@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "radiosity/distributed/session.hpp"
+#include "radiosity/distributed/mpi_run.hpp"
 
 #include <mpi.h>
 #include <sched.h>
@@ -59,7 +59,7 @@ class MpiRanks final : public Ranks {
     return in;
   }
 
-  Session::Traffic traffic() const { return traffic_; }
+  MpiRun::Traffic traffic() const { return traffic_; }
 
  private:
   struct Exchange {
@@ -76,17 +76,17 @@ class MpiRanks final : public Ranks {
   };
 
   int count_ = 1, rank_ = 0;
-  mutable Session::Traffic traffic_;
+  mutable MpiRun::Traffic traffic_;
 };
 
 }  // namespace
 
-bool Session::launched() {
+bool MpiRun::launched() {
   constexpr std::array kSetByLaunchers = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK", "PMI_RANK"};
   return std::ranges::any_of(kSetByLaunchers, [](const char* name) { return std::getenv(name) != nullptr; });
 }
 
-Session::Session() {
+MpiRun::MpiRun() {
   int provided = 0;
   MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided);
   ranks_ = std::make_shared<const MpiRanks>();
@@ -96,12 +96,12 @@ Session::Session() {
   MPI_Comm_free(&machine);
 }
 
-Session::~Session() {
+MpiRun::~MpiRun() {
   if (petsc_) end_petsc();
   MPI_Finalize();
 }
 
-int Session::threads() const {
+int MpiRun::threads() const {
   cpu_set_t bound;
   CPU_ZERO(&bound);
   const auto cores = static_cast<int>(sysconf(_SC_NPROCESSORS_ONLN));
@@ -109,7 +109,7 @@ int Session::threads() const {
   return std::max(1, cores / local_);
 }
 
-std::string Session::broadcast(const std::string& text) const {
+std::string MpiRun::broadcast(const std::string& text) const {
   std::string all = text;
   std::uint64_t size = all.size();
   MPI_Bcast(&size, 1, MPI_UINT64_T, 0, MPI_COMM_WORLD);
@@ -121,16 +121,16 @@ std::string Session::broadcast(const std::string& text) const {
   return all;
 }
 
-Session::Traffic Session::traffic() const {
+MpiRun::Traffic MpiRun::traffic() const {
   return static_cast<const MpiRanks&>(*ranks_).traffic();
 }
 
-void Session::abort(int status) const {
+void MpiRun::abort(int status) const {
   MPI_Abort(MPI_COMM_WORLD, status);
   std::_Exit(status);
 }
 
-std::unique_ptr<Solver> Session::make_petsc_solver(const std::string& options) {
+std::unique_ptr<Solver> MpiRun::make_petsc_solver(const std::string& options) {
   if (petsc_)
     add_petsc_options(options);
   else
