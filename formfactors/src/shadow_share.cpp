@@ -262,6 +262,14 @@ RADIOSITY_INLINE void add_sums(const double* const* points, const double* normal
         last_h = select(crosses, limit, last_h);
         return any(crosses);
       };
+      // What is then lost between the limit and the point has its shadow at ten thousand times its distance: outside of q, unless it is
+      // right beside the point.
+      const auto [low_u, high_u] = std::minmax_element(shadow.u, shadow.u + shadow.count);
+      const auto [low_v, high_v] = std::minmax_element(shadow.v, shadow.v + shadow.count);
+      const Lanes beside_u = (1 - kBelow) * (absolute(u) + 1), beside_v = (1 - kBelow) * (absolute(v) + 1);
+      unsure |= too_high & greater(h, zero + *std::min_element(shadow.h, shadow.h + shadow.count)) &
+                greater(*high_u + beside_u, u) & greater(u, *low_u - beside_u) &
+                greater(*high_v + beside_v, v) & greater(v, *low_v - beside_v);
       for (std::size_t k = 0; k < shadow.count; ++k) cut(k);
       for (std::size_t k = 0; k < shadow.count; ++k) {
         const LaneBits below = ~greater(zero + shadow.h[k], limit);

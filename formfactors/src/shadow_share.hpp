@@ -35,7 +35,8 @@ class ShadowShare {
       columns[3].push_back(weight);
     }
     void fill();  ///< the last vector, without weight; the answers with 0
-    /// ∫ K dA and ∫ V K dA, summed up; `unsure` is not 0 where a shadow may overlap more than four others.
+    /// ∫ K dA and ∫ V K dA, summed up; `unsure` is not 0 where a shadow may overlap more than four others, or is of
+    /// what is right beside the point.
     std::vector<double> all, seen, unsure;
   };
   /// Of a patch with this normal.

@@ -126,5 +126,22 @@ TEST(ShadowShare, LeavesOutWhatIsAsHighAsThePoint) {
   EXPECT_EQ(all.seen, all.all);
 }
 
+// A lid right under a point that looks down hides all of q, however close it is; one of the same height beside the point hides nothing.
+TEST(ShadowShare, IsSureOfNothingThatIsRightBesideThePoint) {
+  const std::vector<Vec3> q{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+  const Vec3 x(0.4, 0.6, 5);
+  for (const double gap : {1e-9, 1e-6, 1e-4, 1e-3}) {
+    const auto lid = [&](double from) {
+      const double z = 5 * (1 - gap);
+      return std::vector<std::vector<Vec3>>{{{from, 0, z}, {from + 1, 0, z}, {from + 1, 1, z}, {from, 1, z}}};
+    };
+    const Answer under = ask(q, x, -Vec3::UnitZ(), lid(0));
+    EXPECT_TRUE(under.unsure || under.seen < 1e-12 * under.all) << gap;
+    const Answer beside = ask(q, x, -Vec3::UnitZ(), lid(0.5));
+    EXPECT_FALSE(beside.unsure) << gap;
+    EXPECT_NEAR(beside.seen, beside.all, 1e-12 * beside.all) << gap;
+  }
+}
+
 }  // namespace
 }  // namespace radiosity::test
