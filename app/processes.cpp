@@ -4,7 +4,6 @@
 #ifdef RADIOSITY_MPI
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -12,6 +11,7 @@
 #include <thread>
 
 #include "radiosity/distributed/mpi_run.hpp"
+#include "radiosity/simulation/solve_scene.hpp"
 
 namespace radiosity::app {
 
@@ -44,9 +44,7 @@ void Processes::share(Options& options) {
     shared.make_solver = [&, petsc = *options.petsc] { return mpi_run.make_petsc_solver(petsc); };
   if (options.threads == 0) options.threads = mpi_run.threads();
   if (options.memory_limit_bytes == 0)
-    options.memory_limit_bytes = static_cast<std::size_t>(sysconf(_SC_PHYS_PAGES)) *
-                                 static_cast<std::size_t>(sysconf(_SC_PAGESIZE)) /
-                                 static_cast<std::size_t>(mpi_run.on_this_machine());
+    options.memory_limit_bytes = memory_limit(0) / static_cast<std::size_t>(mpi_run.on_this_machine());
 }
 
 void Processes::wait_to_tell() const {

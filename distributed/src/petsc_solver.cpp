@@ -56,9 +56,9 @@ class DeflatedSystem {
       : system_(system), f_(f), rho_(system.reflectance()) {
     for (Index i = 0; i < f.rows(); ++i)
       if (f.ranks().owns(i)) own_.push_back(i);
-    area_ = system.areas().replicate(1, system.bands());
+    const BandArray area = system.areas().replicate(1, system.bands());
     reflects_ = (rho_ > kBlack).cast<double>();
-    weight_ = (reflects_ > 0).select(area_ / (reflects_ > 0).select(rho_, 1.0), 0.0);
+    weight_ = divide_or_zero(area, reflects_ * rho_);
     loss_ = system.absorptance() + rho_.colwise() * system.escaped();
     if ((reflects_ == 0).any()) {
       BandArray black;
@@ -67,7 +67,7 @@ class DeflatedSystem {
     }
     loss_ *= reflects_;
     sink_ = system.sums(weight_ * loss_);
-    emitted_ = system.sums(area_ * system.emission());
+    emitted_ = system.sums(area * system.emission());
   }
 
   PetscInt own_size() const { return static_cast<PetscInt>(own_.size()) * system_.bands(); }
@@ -77,7 +77,7 @@ class DeflatedSystem {
     BandArray gathered;
     f_.apply(w, gathered);
     BandArray r = reflects_ * (system_.emission() - w + rho_ * gathered);
-    gamma = ratio(system_.sums(weight_ * r), sink_);
+    gamma = divide_or_zero(system_.sums(weight_ * r), sink_);
     r -= loss_ * system_.spread(gamma);
     return r;
   }
@@ -86,12 +86,10 @@ class DeflatedSystem {
   }
   /// What γ changes by when w changes by x, as far as F is reciprocal.
   BandArray change_of_gamma(const BandArray& x) const {
-    return -ratio(system_.sums(weight_ * loss_ * x), sink_);
+    return -divide_or_zero(system_.sums(weight_ * loss_ * x), sink_);
   }
 
-  /// Σ A |r| / Σ A E, the largest over bands and components.
-  double share(const BandArray& r) const { return largest_share(system_.sums(area_ * r.abs())); }
-  /// Of W r, as PETSc has it.
+  /// power_share of r where W r is in PETSc's vector.
   double share_of(Vec residual_vector) const {
     BandArray sums = BandArray::Zero(system_.components(), system_.bands());
     const double* r = nullptr;
@@ -101,7 +99,8 @@ class DeflatedSystem {
         sums(component(own_[k]), b) += std::abs(*r) * rho_(own_[k], b);  // A/W = ρ
     r -= own_size();
     check(VecRestoreArrayRead(residual_vector, &r));
-    return largest_share(over_ranks(std::move(sums)));
+    const BandArray shares = divide_or_zero(over_ranks(std::move(sums)), emitted_);
+    return shares.size() > 0 ? shares.maxCoeff() : 0;
   }
 
   /// y = W (deflated I − ρF) x.
@@ -114,7 +113,7 @@ class DeflatedSystem {
       q.row(i) = weight_.row(i) * (p.row(i) - rho_.row(i) * q.row(i));
       sums.row(component(i)) += q.row(i);
     }
-    const BandArray mu = ratio(over_ranks(std::move(sums)), sink_);
+    const BandArray mu = divide_or_zero(over_ranks(std::move(sums)), sink_);
     for (const Index i : own_) q.row(i) -= weight_.row(i) * loss_.row(i) * mu.row(component(i));
     set(y, q);
   }
@@ -126,7 +125,8 @@ class DeflatedSystem {
     check(VecGetArrayWrite(z, &to));
     PetscInt k = 0;
     for (const Index i : own_)
-      for (Index b = 0; b < system_.bands(); ++b, ++k) to[k] = weight_(i, b) > 0 ? from[k] / weight_(i, b) : 0;
+      for (Index b = 0; b < system_.bands(); ++b, ++k)
+        to[k] = weight_(i, b) > 0 ? from[k] / weight_(i, b) : 0;
     check(VecRestoreArrayWrite(z, &to));
     check(VecRestoreArrayRead(r, &from));
   }
@@ -146,13 +146,6 @@ class DeflatedSystem {
   }
 
  private:
-  static BandArray ratio(const BandArray& a, const BandArray& b) {
-    return (b > 0).select(a / (b > 0).select(b, 1.0), 0.0);
-  }
-  double largest_share(const BandArray& sums) const {
-    const BandArray shares = ratio(sums, emitted_);
-    return shares.size() > 0 ? shares.maxCoeff() : 0;
-  }
   Index component(Index i) const { return system_.component()[static_cast<std::size_t>(i)]; }
   static BandArray over_ranks(BandArray sums) {
     MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM,
@@ -172,7 +165,7 @@ class DeflatedSystem {
   const DistributedFormFactors& f_;
   const BandArray& rho_;
   std::vector<Index> own_;
-  BandArray area_, reflects_, weight_, loss_, sink_, emitted_;
+  BandArray reflects_, weight_, loss_, sink_, emitted_;
 };
 
 class PetscConjugateGradient final : public Solver {
@@ -208,7 +201,8 @@ class PetscConjugateGradient final : public Solver {
   static PetscErrorCode multiply(Mat matrix, Vec x, Vec y) {
     void* context = nullptr;
     MatShellGetContext(matrix, &context);
-    return static_cast<Context*>(context)->guard([&] { static_cast<Context*>(context)->system.multiply(x, y); });
+    return static_cast<Context*>(context)->guard(
+        [&] { static_cast<Context*>(context)->system.multiply(x, y); });
   }
   static PetscErrorCode precondition(PC pc, Vec r, Vec z) {
     void* context = nullptr;
@@ -287,8 +281,8 @@ class PetscConjugateGradient final : public Solver {
     if (cg && !chosen) check(KSPSetNormType(ksp, KSP_NORM_NATURAL));
     check(KSPGetNormType(ksp, &norm));
     check(PCGetType(pc, &preconditioner));
-    context.preconditioner_sees_residual =
-        cg && norm != KSP_NORM_NONE && norm != KSP_NORM_UNPRECONDITIONED && preconditioner == std::string_view(PCSHELL);
+    context.preconditioner_sees_residual = cg && norm != KSP_NORM_NONE && norm != KSP_NORM_UNPRECONDITIONED &&
+                                           preconditioner == std::string_view(PCSHELL);
 
     BandArray r = deflated.residual(w, gamma);
     double before = std::numeric_limits<double>::infinity();
@@ -315,12 +309,11 @@ class PetscConjugateGradient final : public Solver {
       KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
       check(KSPGetConvergedReason(ksp, &reason));
       if (context.ended || reason < 0) return;
-      const double share = deflated.share(r);
+      const double share = power_share(system, r);
       if (!step(share) || share > before / 2) return;
       before = share;
     }
   }
-
 };
 
 }  // namespace

@@ -18,6 +18,13 @@
 namespace radiosity {
 namespace {
 
+double twice_area(std::span<const Vec3> polygon) {
+  Vec3 sum = Vec3::Zero();
+  for (std::size_t k = 1; k + 1 < polygon.size(); ++k)
+    sum += (polygon[k] - polygon[0]).cross(polygon[k + 1] - polygon[0]);
+  return sum.norm();
+}
+
 Eigen::AlignedBox3d box_of(std::span<const Vec3> points) {
   Eigen::AlignedBox3d box;
   for (const Vec3& x : points) box.extend(x);
@@ -181,12 +188,8 @@ bool Occluders::take(const std::vector<Facet>& facets, const Vec3& origin, std::
     words_ = (polygons_.size() + 63) / 64;
     if (polygons_.size() > most || 4 * sizeof(std::uint64_t) * words_ * patches > kMostBytes) return false;
   }
-  std::ranges::stable_sort(polygons_, std::greater{}, [](const Convex& polygon) {
-    Vec3 sum = Vec3::Zero();
-    for (std::size_t k = 1; k + 1 < polygon.corners.size(); ++k)
-      sum += (polygon.corners[k] - polygon.corners[0]).cross(polygon.corners[k + 1] - polygon.corners[0]);
-    return sum.norm();
-  });
+  std::ranges::stable_sort(polygons_, std::greater{},
+                           [](const Convex& polygon) { return twice_area(polygon.corners); });
   return true;
 }
 
@@ -505,12 +508,6 @@ bool Occluders::facet_hides(std::span<const int> pieces, std::span<const Vec3> p
     std::ranges::reverse(points);
   }
   if (hull.size() < 3) return false;
-  const auto area = [](std::span<const Vec3> polygon) {
-    Vec3 sum = Vec3::Zero();
-    for (std::size_t k = 1; k + 1 < polygon.size(); ++k)
-      sum += (polygon[k] - polygon[0]).cross(polygon[k + 1] - polygon[0]);
-    return sum.norm();
-  };
   std::vector<Vec3> whole, part, inside;
   for (const auto& c : hull) whole.push_back(first.corners[0] + c.x() * u + c.y() * v);
   double covered = 0;
@@ -521,9 +518,9 @@ bool Occluders::facet_hides(std::span<const int> pieces, std::span<const Vec3> p
       const Vec3 out = (piece.corners[(k + 1) % piece.corners.size()] - piece.corners[k]).cross(piece.normal);
       keep_below(part, out, out.dot(piece.corners[k]), inside);
     }
-    if (part.size() >= 3) covered += area(part);
+    if (part.size() >= 3) covered += twice_area(part);
   }
-  return covered >= (1 - tolerance::kGrazed) * area(whole);
+  return covered >= (1 - tolerance::kGrazed) * twice_area(whole);
 }
 
 bool Occluders::hide_together(std::span<const int> polygons, std::span<const Vec3> p,

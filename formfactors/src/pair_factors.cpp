@@ -174,12 +174,9 @@ double PairFactors::near_pairs(std::span<const Index> patches) const {
   if (patches.empty()) return 0;
   std::vector<double> near(std::min(kAsked, patches.size()), 0);
   tbb::parallel_for(std::size_t{0}, near.size(), [&](std::size_t k) {
-    // Within each stretch by the golden ratio: lamps are alike, and what faces up must not be asked alone.
-    const double place =
-        near.size() < patches.size() ? std::fmod(0.6180339887 * static_cast<double>(k), 1) : 0;
-    const auto chosen =
-        static_cast<std::size_t>((static_cast<double>(k) + place) * static_cast<double>(patches.size()) /
-                                 static_cast<double>(near.size()));
+    // Lamps are alike, and what faces up must not be asked alone.
+    const Index chosen = one_of_stretch(static_cast<Index>(k), static_cast<Index>(near.size()),
+                                        static_cast<Index>(patches.size()));
     for (std::size_t group = 0; group < groups_.size(); ++group)
       if (approach(patches[chosen], group) == nullptr)
         near[k] += static_cast<double>(groups_[group].patches.size());

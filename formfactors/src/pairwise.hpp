@@ -11,6 +11,9 @@
 
 namespace radiosity {
 
+/// Of all these clusters, one after the other.
+std::vector<Index> members_of(const PatchMesh& mesh, std::span<const Index> clusters);
+
 /// PairFactors::samples of these patches: points per partly hidden pair or, where the scene has too many polygons, shadow rays of
 /// every pair.
 Index pairwise_samples(const Visibility& visibility);

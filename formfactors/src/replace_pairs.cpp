@@ -50,11 +50,9 @@ BandArray pair_errors(const PairRows& pairs, const Visibility& visibility, const
       BandArray::Constant(mesh.cluster_count(), radiosity.cols(), std::numeric_limits<double>::quiet_NaN());
   std::vector<Index> place(mesh.cluster_count(), -1);  // among the patches of `pairs`
   for (std::size_t k = 0; k < pairs.patches.size(); ++k) place[pairs.patches[k]] = static_cast<Index>(k);
-  std::vector<Index> members;
-  for (const Index c : clusters)
-    members.insert(members.end(), mesh.members(c).begin(), mesh.members(c).end());
   constexpr Index kMore = 4;
-  const PairFactors better(visibility, kMore * pairwise_samples(visibility), 2, kFactorTolerance, members);
+  const PairFactors better(visibility, kMore * pairwise_samples(visibility), 2, kFactorTolerance,
+                           members_of(mesh, clusters));
   const auto count = static_cast<Eigen::Index>(clusters.size());
   Eigen::ArrayXXd given = Eigen::ArrayXXd::Zero(static_cast<Eigen::Index>(pairs.patches.size()), count);
   for (Eigen::Index k = 0; k < given.rows(); ++k)

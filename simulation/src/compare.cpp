@@ -17,8 +17,7 @@ std::vector<std::string> notes_on(const Reference& reference, bool clustered, bo
   if (clustered)
     notes.emplace_back(
         "patches are clusters of smaller faces: errors are those of means over clusters; a solve gathers "
-        "light "
-        "for their members in the end, which is not in the times");
+        "light for their members in the end, which is not in the times");
   if (not_traced)
     notes.emplace_back("path tracing does not fit a tenth of the budget: nothing independent judges");
   if (reference.exact_s)
@@ -30,8 +29,7 @@ std::vector<std::string> notes_on(const Reference& reference, bool clustered, bo
     notes.emplace_back(
         traced
             ? "no reference on finer patches fits the budget: errors are those that path tracing tells, on "
-              "the "
-              "user's patches alone"
+              "the user's patches alone"
             : "no reference on finer patches fits the budget, so the errors say nothing of what the size of "
               "the patches does");
   return notes;

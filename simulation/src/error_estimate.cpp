@@ -13,6 +13,7 @@
 
 #include "light_unit.hpp"
 #include "radiosity/formfactors/aggregate.hpp"
+#include "radiosity/formfactors/sampling.hpp"
 #include "radiosity/meshing/coarsen.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "relative_error.hpp"
@@ -177,11 +178,7 @@ Eigen::ArrayXd pairs_square(const SolvedProblem& problem) {
   const Index n = mesh.cluster_count();
   const Index asked = std::min(n, std::clamp(n / 32, 32, 256));
   std::vector<Index> clusters;
-  for (Index k = 0; k < asked;
-       ++k) {  // one in each stretch; not the same place in all, as faces come in rows
-    const double place = k + std::fmod(0.6180339887 * k, 1);
-    clusters.push_back(static_cast<Index>(place * n / asked));
-  }
+  for (Index k = 0; k < asked; ++k) clusters.push_back(one_of_stretch(k, asked, n));
   const BandArray radiosity = mesh.per_cluster(problem.solution.radiosity);
   const BandArray emission = mesh.per_cluster(mesh.emission());
   return mean_square(

@@ -29,7 +29,4 @@ class Watch {
   bool stopped_ = false;
 };
 
-/// Bytes: what was asked for, or where that is 0 the memory of this machine, beyond which a program is not told but killed.
-std::size_t memory_limit(std::size_t asked);
-
 }  // namespace radiosity

@@ -33,6 +33,13 @@ class RandomStream {
   std::uint64_t state_;
 };
 
+/// The k-th of `count` of n things: one in each of as many stretches, not at the same place in all of them, as what stands in rows is
+/// alike.
+inline Index one_of_stretch(Index k, Index count, Index n) {
+  const double place = k + std::fmod(0.6180339887 * k, 1);  // by the golden ratio
+  return static_cast<Index>(place * n / count);
+}
+
 /// A pair of numbers in [0, 1)².
 struct Sample2 {
   double u, v;

@@ -29,6 +29,9 @@ struct SolvedScene;
 
 enum class SolveStage { patches, method, form_factors, solve, error, elements };
 
+/// Bytes: what was asked for, or where that is 0 the memory of this machine, beyond which a program is not told but killed.
+std::size_t memory_limit(std::size_t asked);
+
 /// What a caller may want beside what a scene file says. Every function is called on the calling thread.
 struct SolveOptions {
   bool close = true;           ///< restore reciprocity and closure

@@ -20,16 +20,16 @@ using TraceIrradiance =
 
 /// What a TracedReference says of a radiosity. All are shares of the reflected light, of the band whose rms is largest.
 struct TracedError {
-  /// √((Σ d_i² − Σ s_i²) / Σ r_i²), 0 where noise explains all of it: d_i = B_i − E_i − r_i on the patches or clusters i that were traced, r_i
-  /// the light that they reflect, of standard error s_i. It is that of RelativeError, of the means of patches.
+  /// √((Σ d_i² − Σ s_i²) / Σ r_i²), 0 where noise explains all of it: d_i = B_i − E_i − r_i on the patches or clusters i that
+  /// were traced, r_i the light that they reflect, of standard error s_i. It is that of RelativeError, of the means of patches.
   double rms = 0;
   double standard_error = 0;  ///< of rms, of noise and of having traced some patches only
   double mean = 0;            ///< Σ d_i / Σ r_i
   double mean_standard_error = 0;
 };
 
-/// The light that patches reflect, or clusters of them, by tracing: an independent reference for solutions on their mesh. They are taken evenly by area; in
-/// each round every one is traced from other random places on it, so that the mean over rounds is that of the patch, and the rounds
+/// The light that patches reflect, or clusters of them, by tracing: an independent reference for solutions on their mesh. They are
+/// taken evenly by area; in each round every one is traced from other random places on it, so that the mean over rounds is that of the patch, and the rounds
 /// tell its standard error. What materials mirror or let through is absorbed, as radiosity has it.
 class TracedReference {
  public:
@@ -42,8 +42,8 @@ class TracedReference {
   Index rounds() const { return rounds_; }
   /// √(Σ s_i² / Σ r_i²), in the band where it is largest.
   double noise() const;
-  /// Of a radiosity of each patch, alike in a cluster. Throws InputError where the shape is not that of the mesh, or after fewer than two rounds. Patches whose radiosity is not a number
-  /// do not count.
+  /// Of a radiosity of each patch, alike in a cluster. Throws InputError where the shape is not that of the mesh, or after fewer than
+  /// two rounds. Patches whose radiosity is not a number do not count.
   TracedError error(const BandArray& radiosity) const;
 
  private:

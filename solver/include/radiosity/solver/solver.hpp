@@ -94,6 +94,12 @@ class Solver {
   virtual double rounding() const { return 4 * std::numeric_limits<double>::epsilon(); }
 };
 
+/// The largest over bands and components of Σ A_i |r_i| / Σ A_i E_i; components without emission do not count.
+double power_share(const RadiositySystem& system, const BandArray& residual);
+
+/// a/b where b > 0, elsewhere 0; divides by nothing else.
+BandArray divide_or_zero(const BandArray& a, const BandArray& b);
+
 /// A row of the table of solvers.
 struct SolverInfo {
   std::string_view name;
