@@ -414,8 +414,8 @@ class Parser {
     resume->disable_flag_override()->option_text(" ")->group(group);
     CLI::Option* every = add_checked(
         command->add_option("--checkpoint", options_.checkpoint_s,
-                            fmt::format("Time between savings of the state, in OUT.checkpoint.h5 and\n"
-                                        "OUT.checkpoint-elements.h5. Default: {}",
+                            fmt::format("Time between savings of the state, in OUT.checkpoint.h5 and,\n"
+                                        "of shots and elements, beside it. Default: {}",
                                         options_.checkpoint_s)),
         "SECONDS", positive);
     every->group(group);

@@ -72,7 +72,8 @@ int run_solve(const Options& options) {
                         options.shared ? options.shared->ranks : nullptr);
     if (options.resume) {
       checkpoints->resume();
-      job.console.line("resumed", "{} rows of the form factors, {} elements", checkpoints->resumed_rows(),
+      job.console.line("resumed", "{} rows of the form factors, {} shots, {} elements",
+                       checkpoints->resumed_rows(), checkpoints->resumed_shots(),
                        checkpoints->resumed_elements());
     } else if (checkpoints->found()) {
       job.console.line("note", "an earlier run left its state beside {}; with --resume it is gone on with",

@@ -26,6 +26,14 @@ fs::path beside(const fs::path& result, const std::string& ending) {
   return result.parent_path() / (result.stem().string() + ending);
 }
 
+template <class F>
+void for_each_number(ShootingState& shots, F&& f) {
+  f("shot", shots.shot);
+  f("arrived", shots.arrived);
+  f("trust", shots.trust);
+  f("before", shots.before);
+}
+
 void write_band_array(H5::H5File& out, const char* name, const BandArray& values) {
   write_array(out, name, std::vector<double>(values.data(), values.data() + values.size()),
               {static_cast<hsize_t>(values.rows()), static_cast<hsize_t>(values.cols())});
@@ -102,6 +110,7 @@ Checkpoints::Checkpoints(const fs::path& result, std::uint64_t work, const std::
       rows_file_(beside(result, ranks == nullptr ? ".checkpoint.h5"
                                                  : fmt::format(".checkpoint-{}-of-{}.h5", ranks->rank() + 1,
                                                                ranks->count()))),
+      shots_file_(beside(result, ".checkpoint-shots.h5")),
       elements_file_(beside(result, ".checkpoint-elements.h5")),
       work_(work),
       version_(version),
@@ -110,7 +119,7 @@ Checkpoints::Checkpoints(const fs::path& result, std::uint64_t work, const std::
 
 bool Checkpoints::found() const {
   std::error_code none;
-  return !rows_files().empty() || fs::exists(elements_file_, none);
+  return !rows_files().empty() || fs::exists(shots_file_, none) || fs::exists(elements_file_, none);
 }
 
 std::vector<fs::path> Checkpoints::rows_files() const {
@@ -187,6 +196,17 @@ void Checkpoints::resume() {
     own->done = static_cast<Index>(own->rows.size());
     rows_ = std::move(own);
   }
+  if (fs::exists(shots_file_, none))
+    shots_ = read_hdf5(shots_file_, kFormat, kHolds, [&](H5::H5File& in, const Attributes& attributes) {
+      require_same_work(shots_file_, attributes);
+      const Eigen::Index bands = attributes.number<std::int32_t>("bands");
+      ShootingState shots;
+      shots.received = read_band_array(in, "received", bands);
+      shots.unshot = read_band_array(in, "unshot", bands);
+      for_each_number(shots, [&](const char* name, double& x) { x = attributes.number<double>(name); });
+      shots.history = read_array<double>(in, "history");
+      return std::make_shared<const ShootingState>(std::move(shots));
+    });
   // Every rank reads these.
   if (fs::exists(elements_file_, none))
     elements_ = read_hdf5(elements_file_, kFormat, kHolds, [&](H5::H5File& in, const Attributes& attributes) {
@@ -211,6 +231,7 @@ void Checkpoints::connect(SolveOptions& options) {
     attributes.write_number("work", work_);
   };
   options.partial_rows = rows_;
+  options.partial_shots = shots_;
   options.partial_elements = elements_;
   options.save_rows = [this, begin, clock = Clock(seconds_)](
                           Index, const std::function<PartialRows()>& state) mutable {
@@ -227,6 +248,19 @@ void Checkpoints::connect(SolveOptions& options) {
       write_array(out, "values", rows.values);
       if (!rows.rows.empty()) write_array(out, "rows", rows.rows);
       if (!rows.escaped.empty()) write_array(out, "escaped", rows.escaped);
+    });
+  };
+  options.save_shots = [this, begin, clock = Clock(seconds_)](
+                           Index, const std::function<ShootingState()>& state) mutable {
+    if (!clock.due()) return;
+    ShootingState shots = state();
+    write_hdf5(shots_file_, kFormat, [&](H5::H5File& out, Attributes& attributes) {
+      begin(attributes);
+      attributes.write_number("bands", static_cast<std::int32_t>(shots.unshot.cols()));
+      for_each_number(shots, [&](const char* name, double x) { attributes.write_number(name, x); });
+      write_band_array(out, "received", shots.received);
+      write_band_array(out, "unshot", shots.unshot);
+      write_array(out, "history", shots.history);
     });
   };
   options.save_elements = [this, begin, clock = Clock(seconds_)](
@@ -246,6 +280,7 @@ void Checkpoints::connect(SolveOptions& options) {
 void Checkpoints::remove() const {
   std::error_code ignored;
   for (const fs::path& file : rows_files()) fs::remove(file, ignored);
+  fs::remove(shots_file_, ignored);
   fs::remove(elements_file_, ignored);
 }
 

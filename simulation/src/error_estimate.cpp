@@ -268,11 +268,14 @@ std::optional<PatchError> patch_error(const SolvedProblem& problem, const FormFa
   half.relative_square.maxCoeff(&band);
   const double ratio =
       half.relative_square[band] > 0 ? std::sqrt(quarter[band] / half.relative_square[band]) : 0;
-  // 2^p. Where shadows end inside of patches p is 3/2 in the end, however well the smooth light does on coarse meshes. Where p
-  // is above 2, the largest patches are too large for an order, and the least is taken: what furnished rooms show (docs/calibration.md).
-  constexpr double kLeastOrder = 1.15;
+  // 2^p. Where shadows end inside of patches p is 3/2 in the end, however well the smooth light does on coarse meshes. The further p
+  // is above 2, the more are the largest patches too large for an order, and the least is taken: what furnished rooms show
+  // (docs/calibration.md).
+  const double least = std::exp2(1.15), most = std::sqrt(8.0);
+  constexpr double kDoubtful = 4, kTooCoarse = 6;
   const double measured = ratio - 1;
-  const double gain = std::clamp(measured <= 5 ? measured : 0, std::exp2(kLeastOrder), std::sqrt(8.0));
+  const double doubt = std::clamp((measured - kDoubtful) / (kTooCoarse - kDoubtful), 0.0, 1.0);
+  const double gain = std::clamp(measured, least, std::lerp(most, least, doubt));
   BandArray per_patch(f.size(), half.difference.cols());
   for (Index i = 0; i < per_patch.rows(); ++i) {
     const auto error = half.difference.row(twice->parent[i]).abs() / (gain - 1);

@@ -289,11 +289,15 @@ SolvedScene solve_once(const SceneToSolve& task, const SceneSettings& settings, 
                                              : all_rows ? static_cast<const FormFactorOperator&>(*matrix)
                                                         : *rows;
     const RadiositySystem system(form_factors, mesh);
-    if (task.options.step)
+    if (task.options.step) {
       options.step = [&](Index iteration, double, const BandArray& radiosity) {
         task.options.step(iteration, mesh.per_patch(radiosity));
         return true;
       };
+    } else if (rows) {
+      options.partial = task.options.partial_shots;
+      options.save = task.options.save_shots;
+    }
     const Progress progress = task.watch.of(SolveStage::solve);
     options.progress = [&, done = 0.0](Index, double residual) mutable {  // residuals may rise
       done = std::max(done, solved_fraction(residual, options.tolerance));
@@ -384,7 +388,8 @@ SolvedScene solve_scene(const Scene& scene, const SceneSettings& settings, const
   Watch watch(options);
   const Scene decided = with_decided_sides(scene);
   const SceneToSolve task{decided, options, setups, watch};
-  if (options.accuracy && (options.form_factors || options.partial_rows || options.partial_elements))
+  if (options.accuracy &&
+      (options.form_factors || options.partial_rows || options.partial_shots || options.partial_elements))
     throw InputError("an accuracy chooses patches and form factors: those of an earlier run cannot be used");
   if (options.accuracy && options.ranks)
     throw InputError(

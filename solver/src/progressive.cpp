@@ -77,10 +77,27 @@ class Progressive final : public Solver {
     const auto block = std::min<std::size_t>(kBlock, order.size());
     std::vector<RowBuffer> buffers(block);
     std::vector<FormFactorRow> rows(block);
-    look_ahead();
-    double before = share();
-    if (!goes_on(before)) return;
-    for (Index shots = 0;;) {
+    double before = 0;
+    Index shots = 0;
+    if (options.partial) {
+      const ShootingState& partial = *options.partial;
+      received = partial.received;
+      unshot = partial.unshot;
+      shot = partial.shot;
+      arrived = partial.arrived;
+      trust = partial.trust;
+      before = partial.before;
+      shots = static_cast<Index>(partial.history.size()) - 1;
+      look_ahead();
+    } else {
+      look_ahead();
+      before = share();
+      if (!goes_on(before)) return;
+    }
+    for (;;) {
+      if (options.save && shots > 0)
+        options.save(shots,
+                     [&] { return ShootingState{received, unshot, shot, arrived, trust, before, {}}; });
       const Eigen::ArrayXd strength =
           (weight * (overshoot_ ? BandArray(unshot + ahead) : unshot)).abs().rowwise().sum();
       std::iota(order.begin(), order.end(), 0);

@@ -250,7 +250,25 @@ SolveResult Solver::solve(const RadiositySystem& given, const SolverOptions& opt
   const Index limit =
       options.max_iterations > 0 ? options.max_iterations : default_max_iterations(system.size());
   report.status = SolveStatus::failed;
-  iterate(system, options, state, [&](double estimate) {
+  SolverOptions own = options;
+  if (options.save)
+    own.save = [&](Index shots, const std::function<ShootingState()>& saved) {
+      options.save(shots, [&] {
+        ShootingState with_history = saved();
+        with_history.history = report.history;
+        return with_history;
+      });
+    };
+  if (options.partial) {
+    const ShootingState& partial = *options.partial;
+    for (const BandArray* part : {&partial.received, &partial.unshot})
+      if (part->rows() != system.size() || part->cols() != system.bands())
+        throw InputError(
+            fmt::format("{} × {} values of an earlier run's shooting do not fit {} patches in {} bands",
+                        part->rows(), part->cols(), system.size(), system.bands()));
+    report.history = partial.history;
+  }
+  iterate(system, own, state, [&](double estimate) {
     report.residual = estimate;
     report.iterations = static_cast<Index>(report.history.size());
     report.history.push_back(estimate);

@@ -99,6 +99,13 @@ TEST(Checkpoints, ComeBackToTheBitAndGoWhenThereIsAResult) {
   const PartialRows rows{
       2, {}, {0, 1, 3}, {1, 0, 2}, {0.1F, 0.25F, 0.5F}, {0.125, 0.25}, 77, {1, 2, 3, 4, 5}};
   const PartialProbe elements{BandArray::Constant(4, 2, 1.0 / 3), BandArray::Constant(4, 2, 0.1)};
+  const ShootingState shots{BandArray::Constant(3, 2, 1.0 / 3),
+                            BandArray::Constant(3, 2, 1.0 / 7),
+                            0.1,
+                            0.2,
+                            0.5,
+                            0.3,
+                            {1, 0.7, 0.4}};
   {
     Checkpoints saving(result, 42, "1.2.3", 0);
     EXPECT_FALSE(saving.found());
@@ -106,8 +113,9 @@ TEST(Checkpoints, ComeBackToTheBitAndGoWhenThereIsAResult) {
     saving.connect(options);
     EXPECT_EQ(options.partial_rows, nullptr);
     options.save_rows(2, [&] { return rows; });
+    options.save_shots(2, [&] { return shots; });
     options.save_elements(4, [&] { return elements; });
-    EXPECT_EQ(directory.entries(), 2);
+    EXPECT_EQ(directory.entries(), 3);
   }
   Checkpoints other(result, 43, "1.2.3", 0);
   EXPECT_TRUE(other.found());
@@ -116,6 +124,7 @@ TEST(Checkpoints, ComeBackToTheBitAndGoWhenThereIsAResult) {
   Checkpoints resuming(result, 42, "1.2.3", 1e9);
   resuming.resume();
   EXPECT_EQ(resuming.resumed_rows(), 2);
+  EXPECT_EQ(resuming.resumed_shots(), 2);
   EXPECT_EQ(resuming.resumed_elements(), 4);
   SolveOptions options;
   resuming.connect(options);
@@ -125,6 +134,13 @@ TEST(Checkpoints, ComeBackToTheBitAndGoWhenThereIsAResult) {
   EXPECT_EQ(options.partial_rows->escaped, rows.escaped);
   EXPECT_EQ(options.partial_rows->rays, 77U);
   EXPECT_EQ(options.partial_rows->pairs.by_rays, 5U);
+  EXPECT_TRUE((options.partial_shots->received == shots.received).all());
+  EXPECT_TRUE((options.partial_shots->unshot == shots.unshot).all());
+  EXPECT_EQ(options.partial_shots->shot, 0.1);
+  EXPECT_EQ(options.partial_shots->arrived, 0.2);
+  EXPECT_EQ(options.partial_shots->trust, 0.5);
+  EXPECT_EQ(options.partial_shots->before, 0.3);
+  EXPECT_EQ(options.partial_shots->history, shots.history);
   EXPECT_TRUE((options.partial_elements->irradiance == elements.irradiance).all());
   EXPECT_TRUE((options.partial_elements->standard_error == elements.standard_error).all());
   options.save_rows(2, [&]() -> PartialRows { throw std::logic_error("it is not due"); });

@@ -257,5 +257,38 @@ TEST(Shooting, ShowsTheLightUnderWayAsAmbient) {
   EXPECT_LT(error(true), error(false) / 2);
 }
 
+TEST(Shooting, GoesOnFromASavedStateToTheSameBits) {
+  const RandomEnclosure enclosure = random_enclosure(60, 3);
+  const FormFactorMatrix f = dense_matrix(enclosure.f);
+  std::mt19937_64 random(8);
+  BandArray rho(60, 2), e(60, 2);
+  for (double& value : rho.reshaped()) value = 0.8 * uniform(random);
+  for (double& value : e.reshaped()) value = uniform(random);
+  const RadiositySystem system(f, enclosure.areas, rho, e);
+  for (const SolverInfo& info : solvers()) {
+    if (info.gathers) continue;
+    for (const bool ambient : {false, true}) {
+      SCOPED_TRACE(info.name);
+      std::vector<ShootingState> states;
+      SolverOptions options;
+      options.ambient = ambient;
+      options.save = [&](Index, const std::function<ShootingState()>& state) { states.push_back(state()); };
+      const SolveResult whole = info.make()->solve(system, options);
+      ASSERT_EQ(whole.report.status, SolveStatus::converged);
+      ASSERT_GT(states.size(), 10U);
+      options.save = {};
+      for (const std::size_t k : {std::size_t{0}, states.size() / 2, states.size() - 1}) {
+        options.partial = std::make_shared<const ShootingState>(states[k]);
+        const SolveResult resumed = info.make()->solve(system, options);
+        EXPECT_TRUE((resumed.radiosity == whole.radiosity).all());
+        EXPECT_EQ(resumed.report.history, whole.report.history);
+        EXPECT_EQ(resumed.report.iterations, whole.report.iterations);
+      }
+      options.partial = std::make_shared<const ShootingState>();
+      EXPECT_THROW(info.make()->solve(system, options), InputError);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace radiosity::test

@@ -18,7 +18,7 @@ class Attributes;
 std::uint64_t digest(const LoadedScene& loaded, const SceneSettings& settings, bool close);
 
 /// The state of a long solve in files beside its result: rows of F in NAME.checkpoint.h5, of several ranks those of each in
-/// NAME.checkpoint-2-of-4.h5, elements in NAME.checkpoint-elements.h5. Each appears under its name only when complete, in the place of
+/// NAME.checkpoint-2-of-4.h5, where rows are not kept but shot those shots in NAME.checkpoint-shots.h5, elements in NAME.checkpoint-elements.h5. Each appears under its name only when complete, in the place of
 /// an earlier one. Any number of ranks goes on with what any other number left; all of them read the files.
 class Checkpoints {
  public:
@@ -32,6 +32,7 @@ class Checkpoints {
   void resume();
   /// On this rank.
   Index resumed_rows() const { return rows_ ? rows_->done : 0; }
+  Index resumed_shots() const { return shots_ ? static_cast<Index>(shots_->history.size()) - 1 : 0; }
   Index resumed_elements() const { return elements_ ? static_cast<Index>(elements_->irradiance.rows()) : 0; }
 
   /// Lets a solve begin with what was read, and save its state; it refers to this object.
@@ -46,12 +47,13 @@ class Checkpoints {
   PartialRows read_rows(const std::filesystem::path& file) const;
   void require_same_work(const std::filesystem::path& file, const Attributes& attributes) const;
 
-  std::filesystem::path result_, rows_file_, elements_file_;
+  std::filesystem::path result_, rows_file_, shots_file_, elements_file_;
   std::uint64_t work_;
   std::string version_;
   double seconds_;
   std::shared_ptr<const Ranks> ranks_;
   std::shared_ptr<const PartialRows> rows_;
+  std::shared_ptr<const ShootingState> shots_;
   std::shared_ptr<const PartialProbe> elements_;
 };
 

@@ -55,11 +55,14 @@ struct SolveOptions {
   /// F, and what was found of it, where it is not to be computed: for the patches that it is called with. Method and settings are then
   /// those that made it. Not of an accuracy.
   std::function<AssembledFormFactors(const PatchMesh&)> form_factors = {};
-  /// State of an earlier run of the same that did not come to its end, and where this one's goes: see AssemblyOptions and ProbeOptions.
-  /// The bits are those of a run that was not ended. The solve itself, and the error estimate, begin anew. Not of an accuracy.
+  /// State of an earlier run of the same that did not come to its end, and where this one's goes: see AssemblyOptions, ProbeOptions and
+  /// SolverOptions. The bits are those of a run that was not ended. Shots are those of rows on demand, where nobody looks at steps; other
+  /// solves, and the error estimate, begin anew. Not of an accuracy.
   std::shared_ptr<const PartialRows> partial_rows = {};
+  std::shared_ptr<const ShootingState> partial_shots = {};
   std::shared_ptr<const PartialProbe> partial_elements = {};
   std::function<void(Index done, const std::function<PartialRows()>& state)> save_rows = {};
+  std::function<void(Index shots, const std::function<ShootingState()>& state)> save_shots = {};
   std::function<void(Index done, const std::function<PartialProbe()>& state)> save_elements = {};
   /// SolverOptions::step. Not called of the rounds of an accuracy.
   std::function<void(Index iteration, const BandArray& radiosity)> step = {};

@@ -13,6 +13,14 @@
 
 namespace radiosity {
 
+/// How far shooting has come, in its own units: enough to go on to the bits of a run that was not ended.
+struct ShootingState {
+  BandArray received, unshot;    ///< n × bands solved: B and ΔB
+  double shot = 0, arrived = 0;  ///< m², over the shots so far
+  double trust = 1, before = 0;  ///< in the ambient term, and the share unshot when that was last judged
+  std::vector<double> history;   ///< SolveReport::history
+};
+
 struct SolverOptions {
   double tolerance = 1e-6;   ///< of the residual, see SolveReport::residual
   Index max_iterations = 0;  ///< 0: the solver's own limit
@@ -26,6 +34,10 @@ struct SolverOptions {
   std::function<bool(Index iteration, double residual, const BandArray& radiosity)> step = {};
   /// The same without B, which costs shooting solvers as much as a shot.
   std::function<bool(Index iteration, double residual)> progress = {};
+  /// Shooting: the state of an earlier run of the same that was ended, and where that of this one goes, every few shots. Gathering
+  /// solvers begin anew: F, which they need, took far longer than they do.
+  std::shared_ptr<const ShootingState> partial = {};
+  std::function<void(Index shots, const std::function<ShootingState()>& state)> save = {};
 };
 
 enum class SolveStatus { converged, iteration_limit, stopped, failed };
