@@ -209,6 +209,7 @@ void tell_patches(Job& job, const Patches& patches, const PatchOptions& options)
   warn(job, patches.warnings);
   job.console.line("patches", "{}, {}; {:.6g} m²", facts.patches, patch_rule(options, patches.patch_size),
                    facts.area_m2);
+  if (!patches.mesh.symmetry().none()) job.console.line("symmetry", "{}", text_of(patches.mesh.symmetry()));
   if (patches.mesh.clustered())
     job.console.line("", "clusters of smaller faces and pieces of faces, {} in all", facts.pieces);
 }

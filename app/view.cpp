@@ -39,6 +39,20 @@ ViewScene view_scene(PatchMesh patches, std::optional<BandArray> vertex_radiosit
   return {mesh, std::move(vertex_radiosity), std::move(lights), ambient_irradiance(*mesh, more_lights)};
 }
 
+/// With their images.
+std::vector<Light> unfolded(std::vector<Light> lights, const Symmetry& symmetry) {
+  const std::size_t count = lights.size();
+  for (const SymmetryImage& image : images(symmetry))
+    for (std::size_t k = 0; k < count; ++k) {
+      if (lights[k].kind == LightKind::directional && image.planes.empty()) continue;  // the same light
+      Light light = lights[k];
+      light.position = image.of_point(light.position, 0);
+      light.direction = image.of_direction(light.direction);
+      lights.push_back(std::move(light));
+    }
+  return lights;
+}
+
 /// A .vtp without radiosity arrays is a mesh like any other.
 std::optional<Shown> read_solved(Job& job, std::span<const Light> lights) {
   const std::filesystem::path& file = job.options.scene;
@@ -99,25 +113,28 @@ Shown show_scene(Job& job, const PipelineInfo& pipeline, const std::optional<Cam
     const LoadedScene first = read_scene(job.options.scene);
     std::optional<Camera> camera = wanted;
     if (!camera) camera = camera_of(first.settings, view.camera_name, job.options.scene);
-    if (!camera) camera = automatic_camera(make_patches(first.scene, KeepFaces{}).mesh);
+    if (!camera) camera = automatic_camera(make_patches(first.scene, KeepFaces{}).mesh.unfolded());
     chord_error = by_size_on_screen(override_camera(*camera, view), view);
   }
   const LoadedScene loaded = read_stage(job, job.options.scene, MissingMaterials::refuse, chord_error);
   if (!pipeline.solved) {
-    Patches patches = make_patches(loaded.scene, KeepFaces{});
+    const Patches patches = make_patches(loaded.scene, KeepFaces{});
     warn(job, patches.warnings);
-    return {view_scene(std::move(patches.mesh), {}, loaded.lights), {}, loaded.settings};
+    return {view_scene(patches.mesh.unfolded(), {}, unfolded(loaded.lights, loaded.scene.symmetry())),
+            {},
+            loaded.settings};
   }
   // Before the work of a solve is done for it.
   std::optional<Camera> camera = wanted;
   if (!camera) camera = camera_of(loaded.settings, view.camera_name, job.options.scene);
   if (camera || view.position)
-    refuse_eye_in_matter(make_patches(loaded.scene, KeepFaces{}).mesh,
+    refuse_eye_in_matter(make_patches(loaded.scene, KeepFaces{}).mesh.unfolded(),
                          override_camera(camera.value_or(Camera{}), view));
   SolvedScene solved = solve_stage(job, {loaded.scene, {}, {}, {}, {}, loaded.lights}, loaded.settings);
   const double exposure = automatic_exposure(solved.patches.mesh, solved.solution.radiosity);
-  SolvedScene::Told told = solved.told_of_setup(0);
-  return {view_scene(std::move(told.mesh), std::move(told.solution.vertex_radiosity), loaded.lights),
+  const SolvedScene::Told told = solved.told_of_setup(0);
+  return {view_scene(told.mesh.unfolded(), told.mesh.unfolded(told.solution.vertex_radiosity),
+                     unfolded(loaded.lights, loaded.scene.symmetry())),
           exposure, loaded.settings, job.report.converged};
 }
 

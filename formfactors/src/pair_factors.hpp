@@ -41,17 +41,22 @@ class PairFactors {
   /// False only where all patches lie behind i or are hidden from it in whole groups.
   bool may_see_any(Index i) const;
 
-  /// Calls f(j, A_i F_ij) for every j, or every j > i where `upper` is set, that patch i exchanges light with; not in order.
+  /// Calls f(j, A_i F_ij) for every j, or where `upper` is set every j > i and every image of i and of such, that patch i exchanges
+  /// light with; not in order.
   /// Groups of patches that lie behind i, or are hidden from it by one polygon, are passed over whole, as are those of which `skip` is true.
   template <class F, class Skip = bool (*)(const std::vector<Index>&)>
   void for_each_in_row(
       Index i, bool upper, F&& f, Skip&& skip = [](const std::vector<Index>&) { return false; }) const {
+    const PatchMesh& mesh = visibility_.mesh();
     PairCounts counts;
     std::vector<double> areas;
     for (std::size_t group = 0; group < groups_.size(); ++group) {
       const std::vector<Index>& patches = groups_[group].patches;
-      if ((upper && patches.back() <= i) || skip(patches)) continue;
-      auto j = upper ? std::upper_bound(patches.begin(), patches.end(), i) : patches.begin();
+      // All are of the cell, or of one image of it.
+      auto j = upper ? std::partition_point(patches.begin(), patches.end(),
+                                            [&](Index k) { return k <= i || mesh.original(k) < i; })
+                     : patches.begin();
+      if (j == patches.end() || skip(patches)) continue;
       if (std::uint64_t PairCounts::*const none = approach(i, group)) {
         counts.*none += static_cast<std::uint64_t>(patches.end() - j);
         continue;

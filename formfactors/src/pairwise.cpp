@@ -213,7 +213,7 @@ struct FaintLamps {
   std::size_t materials = 0, faint = 0;
 };
 FaintLamps faint_lamps(const PatchMesh& mesh, const std::vector<Index>& lamps, double direction_share) {
-  const double total = mesh.areas().sum();
+  const double total = mesh.cluster_areas().sum();
   std::map<Index, double> share;  // of materials that emit
   for (const Index c : lamps)
     share[mesh.material(mesh.members(c)[0])] += mesh.cluster_areas()[c] / total + 1.0 / mesh.cluster_count();
@@ -296,12 +296,12 @@ PairwisePatches pairwise_patches(const FormFactorMethod& method, const Visibilit
       }
     }
     constexpr double kLittleExchange = 0.01, kLittleArea = 0.1;
-    if (wrong > kLittleExchange * exchanged || hidden > kLittleArea * mesh.areas().sum())
+    if (wrong > kLittleExchange * exchanged || hidden > kLittleArea * mesh.cluster_areas().sum())
       out.warnings.push_back(fmt::format(
           "{} patches lie nearer than {:.2g} m in front of others, {:.2g} % of all area, too many to be "
           "computed pair by pair: {}; {} "
           "tells them",
-          near.size(), tolerance::kNearPlane * mesh.diagonal(), 100 * hidden / mesh.areas().sum(),
+          near.size(), tolerance::kNearPlane * mesh.diagonal(), 100 * hidden / mesh.cluster_areas().sum(),
           method.leaves_out_faced() ? "what is in such gaps counts as seeing nothing"
                                     : fmt::format("{} of them with nearly all of their area count as seeing "
                                                   "nothing, and the factors of the others are "
@@ -342,7 +342,7 @@ std::vector<Index> clusters_apart(const Visibility& visibility) {
   std::vector<Index> out;
   if (!mesh.clustered()) return out;
   const Eigen::ArrayXd near = near_shares(visibility);
-  for (Index i = 0; i < mesh.patch_count(); ++i)
+  for (Index i = 0; i < mesh.original_count(); ++i)
     out.push_back(4 * mesh.cluster(i) + (visibility.covered(i) ? 2 : 0) + (near[i] > kNearShare ? 1 : 0));
   return out;
 }

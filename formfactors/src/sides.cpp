@@ -145,7 +145,7 @@ std::string name_shares(const std::vector<double>& shares, const PatchMesh& mesh
 SeenSides seen_sides(const Visibility& visibility, std::uint64_t seed) {
   constexpr int kPlaces = 500, kLampPlaces = 200;
   constexpr double kNearlyAll = 0.9;
-  const PatchMesh& mesh = visibility.mesh();
+  const PatchMesh& mesh = visibility.cell();
   SeenSides seen;
 
   const std::vector<Glance> all = glances(visibility, mesh.areas(), kPlaces, seed);
@@ -164,7 +164,8 @@ SeenSides seen_sides(const Visibility& visibility, std::uint64_t seed) {
   seen.lamp_backs = sum(seen.lamp_backs_of);
 
   // Lamps that look at backs stand inside: they would look the wrong way if all were turned over.
-  seen.look_outwards = seen.isolated > kNearlyAll && seen.lamp_backs < 0.5 && outwardness(mesh) > 0.5;
+  seen.look_outwards =
+      seen.isolated > kNearlyAll && seen.lamp_backs < 0.5 && outwardness(visibility.mesh()) > 0.5;
   return seen;
 }
 
@@ -222,12 +223,14 @@ class FromBehind {
   }
 
  private:
+  Index part_of(const Visibility::Hit& hit) const { return part_[mesh_.original(hit.patch)]; }
+
   void look_from_front(Index i, RandomStream random) {
     std::vector<Index> backs;
     lit_front_[i] = emits(mesh_.material_of(i)) ? 1 : 0;
     if (lit_front_[i] != 0) return;
     look(visibility_, i, 1, random, [&](std::size_t, const Visibility::Hit& hit) {
-      if (meets_back(hit) && part_[hit.patch] >= 0) backs.push_back(part_[hit.patch]);
+      if (meets_back(hit) && part_of(hit) >= 0) backs.push_back(part_of(hit));
       lit_front_[i] = meets_front(hit) ? 1 : 0;
       return !meets_front(hit);
     });
@@ -237,8 +240,8 @@ class FromBehind {
   void look_from_back(Index i, RandomStream random) {
     std::vector<Met>& met = met_from_behind_[i];
     look(visibility_, i, -1, random, [&](std::size_t, const Visibility::Hit& hit) {
-      if (meets_front(hit)) met.push_back({hit.patch, -1});
-      if (meets_back(hit) && part_[hit.patch] >= 0) met.push_back({-1, part_[hit.patch]});
+      if (meets_front(hit)) met.push_back({mesh_.original(hit.patch), -1});
+      if (meets_back(hit) && part_of(hit) >= 0) met.push_back({-1, part_of(hit)});
       return true;
     });
   }

@@ -238,13 +238,16 @@ bool Visibility::Impl::faced(const Plane& plane, const Eigen::Vector3f& x) const
   return ray.tfar < 0;
 }
 
-Visibility::Visibility(const PatchMesh& mesh)
-    : mesh_(mesh),
-      centre_((mesh.lower() + mesh.upper()) / 2),
-      scale_(1 / mesh.diagonal()),
-      facets_(carried_or_found_facets(mesh)),
-      convex_(is_convex(*facets_, mesh.diagonal())),
+Visibility::Visibility(const PatchMesh& cell)
+    : cell_(cell),
+      whole_(cell.symmetry().none() ? nullptr : std::make_unique<const PatchMesh>(cell.with_images())),
+      mesh_(whole_ ? *whole_ : cell),
+      centre_((mesh_.lower() + mesh_.upper()) / 2),
+      scale_(1 / mesh_.diagonal()),
+      facets_(carried_or_found_facets(mesh_)),
+      convex_(is_convex(*facets_, mesh_.diagonal())),
       impl_(std::make_unique<Impl>()) {
+  const PatchMesh& mesh = mesh_;
   impl_->locators.reserve(facets_->size());
   for (std::size_t f = 0; f < facets_->size(); ++f) {
     const PatchLocator& locator = impl_->locators.emplace_back(mesh, (*facets_)[f]);

@@ -58,6 +58,7 @@ std::uint64_t digest(const LoadedScene& loaded, const SceneSettings& settings, b
     all.add(scene.material(f));
     all.add(static_cast<std::uint64_t>(scene.two_sided(f)));
   }
+  all.add(scene.symmetry());
   for (const Material& material : scene.materials()) {
     all.add(material.name);
     all.add(material.reflectance);

@@ -72,24 +72,27 @@ Json pictures(const Comparison& comparison, const ComparisonOrigin& origin) {
   std::nth_element(values.begin(), quantile, values.end());
   constexpr int kDecades = 3;
   const int top = *quantile > 0 ? static_cast<int>(std::ceil(std::log10(*quantile))) : 0;
-  const PatchMesh& mesh = *comparison.mesh;
+  const PatchMesh mesh = comparison.mesh->unfolded();
+  const BandArray radiosity = comparison.mesh->unfolded(comparison.radiosity);
   const Visibility visibility(mesh);
   const Camera camera = origin.camera ? *origin.camera : automatic_camera(mesh);
   constexpr int kWidth = 480, kHeight = 400, kSamples = 2;
   json["most"] = std::pow(10.0, top);
   json["decades"] = kDecades;
   json["colours"] = kViridis;
-  const double exposure = automatic_exposure(mesh, comparison.radiosity);
+  const double exposure = automatic_exposure(mesh, radiosity);
   const auto second_pass =
       find_pipeline("radiosity")
-          .make({std::make_shared<const PatchMesh>(mesh), vertex_values(mesh, comparison.radiosity)});
+          .make({std::make_shared<const PatchMesh>(mesh),
+                 comparison.mesh->unfolded(vertex_values(*comparison.mesh, comparison.radiosity))});
   const LinearImage scene = second_pass->draw(
       camera,
       {.width = kWidth, .height = kHeight, .samples = kSamples * kSamples, .brightest = 1 / exposure});
   json["scene"] = data_url(tone_map(scene, exposure));
   for (const auto& [run, where] : maps) {
     std::vector<Rgb8> colours;
-    for (const double value : *where)
+    const Eigen::ArrayXd of_whole = comparison.mesh->unfolded(*where);
+    for (const double value : of_whole)
       colours.push_back(colour_of(value > 0 ? 1 + (std::log10(value) - top) / kDecades : 0));
     json["maps"].push_back(
         {{"run", run}, {"picture", data_url(paint(visibility, colours, camera, kWidth, kHeight, kSamples))}});

@@ -7,7 +7,7 @@
 #include <string>
 #include <type_traits>
 
-#include "radiosity/meshing/types.hpp"
+#include "radiosity/meshing/symmetry.hpp"
 
 namespace radiosity {
 
@@ -27,6 +27,12 @@ class Digest {
   void add(const std::string& text) {
     add(static_cast<std::uint64_t>(text.size()));
     for (const char c : text) add(static_cast<std::uint64_t>(static_cast<unsigned char>(c)));
+  }
+  void add(const Symmetry& symmetry) {
+    if (symmetry.none()) return;
+    for (const auto& [axis, offset] : symmetry.planes) add(Index{axis}), add(offset);
+    for (const double c : symmetry.period) add(c);
+    add(symmetry.steps);
   }
   template <class T>
   void add_optional(const std::optional<T>& value) {

@@ -58,6 +58,7 @@ FormFactorFileFacts facts_of(const Attributes& attributes) {
 
 std::uint64_t digest(const PatchMesh& mesh) {
   Digest all;
+  all.add(mesh.symmetry());
   for (Index i = 0; i < mesh.patch_count(); ++i) {
     all.add(static_cast<std::uint64_t>(mesh.corners(i).size()));
     for (const Index v : mesh.corners(i))

@@ -55,6 +55,7 @@ class SceneBuilder {
   Scene build(const ChordError& chord_error) {
     for (Vec3& x : mesh_.geometry.vertices) x *= settings_.metres_per_unit;
     if (settings_.flip) flip();
+    if (settings_.symmetry) mesh_.geometry.symmetry = settings_.symmetry->symmetry;
     for (const auto& [name, shape] : settings_.shapes) add_shape(shape, chord_error);
     assign_settings();
     count_bands();
@@ -147,7 +148,7 @@ class SceneBuilder {
   }
 
   void flip() {
-    auto& [vertices, corners, face_start, face_material, materials, two_sided] = mesh_.geometry;
+    auto& [vertices, corners, face_start, face_material, materials, two_sided, symmetry] = mesh_.geometry;
     for (std::size_t f = 0; f < face_material.size(); ++f)
       std::reverse(corners.begin() + face_start[f], corners.begin() + face_start[f + 1]);
   }
@@ -284,6 +285,8 @@ class SceneBuilder {
     try {
       return Scene(std::move(mesh_.geometry));
     } catch (const InputError& error) {
+      if (std::string_view(error.what()).starts_with("symmetry"))
+        throw InputError(fmt::format("{}:{}: {}", file_.string(), settings_.symmetry->line, error.what()));
       throw InputError(fmt::format("{}: {}", settings_.mesh.string(), error.what()));
     }
   }

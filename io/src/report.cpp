@@ -59,10 +59,19 @@ Json to_json(const Modelled& modelled) {
   add("radiosity_bytes", modelled.saved.radiosity_bytes);
   add("visibility_tests", modelled.saved.visibility_tests);
   add("pairs_behind", modelled.saved.pairs_behind);
-  return {{"bands", modelled.bands},
-          {"occlusion", modelled.occlusion},
-          {"left_out", modelled.left_out},
-          {"saved", saved}};
+  Json json = {{"bands", modelled.bands},
+               {"occlusion", modelled.occlusion},
+               {"left_out", modelled.left_out},
+               {"saved", saved}};
+  if (const Symmetry& symmetry = modelled.symmetry; !symmetry.none()) {
+    Json planes = Json::array();
+    for (const MirrorPlane& plane : symmetry.planes) planes.push_back(text_of(plane));
+    json["symmetry"] = {{"planes", planes},
+                        {"period_m", numbers(symmetry.period)},
+                        {"steps", symmetry.steps},
+                        {"images", images(symmetry).size()}};
+  }
+  return json;
 }
 
 Json to_json(const FormFactorQuality& quality) {

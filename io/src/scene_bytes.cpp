@@ -34,6 +34,7 @@ class SceneWriter {
   }
   void operator()(const Material& material);
   void operator()(const LightingSetup& setup);
+  void operator()(const Symmetry& symmetry);
   std::string& bytes() { return packer_.bytes(); }
 
  private:
@@ -75,6 +76,7 @@ class SceneReader {
   }
   void operator()(Material& material);
   void operator()(LightingSetup& setup);
+  void operator()(Symmetry& symmetry);
   bool complete() const { return unpacker_.complete(); }
 
  private:
@@ -102,6 +104,12 @@ void SceneWriter::operator()(const LightingSetup& setup) {
   (*this)(setup.name);
   (*this)(setup.factors);
 }
+void SceneWriter::operator()(const Symmetry& symmetry) {
+  (*this)(symmetry.planes), (*this)(symmetry.period), (*this)(symmetry.steps);
+}
+void SceneReader::operator()(Symmetry& symmetry) {
+  (*this)(symmetry.planes), (*this)(symmetry.period), (*this)(symmetry.steps);
+}
 void SceneReader::operator()(Material& material) {
   each(*this, material);
 }
@@ -123,7 +131,7 @@ std::string scene_bytes(const LoadedScene& loaded) {
   }
   SceneWriter write;
   write(arrays.vertices), write(arrays.corners), write(arrays.face_start), write(arrays.face_material);
-  write(arrays.materials), write(arrays.two_sided), write(loaded.setups);
+  write(arrays.materials), write(arrays.two_sided), write(loaded.setups), write(scene.symmetry());
   each_setting(write, loaded.settings);
   return std::move(write.bytes());
 }
@@ -135,7 +143,7 @@ LoadedScene scene_of_bytes(const std::string& bytes) {
   std::vector<LightingSetup> setups;
   SceneSettings settings;
   read(arrays.vertices), read(arrays.corners), read(arrays.face_start), read(arrays.face_material);
-  read(arrays.materials), read(arrays.two_sided), read(setups);
+  read(arrays.materials), read(arrays.two_sided), read(setups), read(arrays.symmetry);
   each_setting(read, settings);
   if (!read.complete()) throw InputError("the bytes of a scene are not complete");
   return {Scene(std::move(arrays)), std::move(settings), std::move(setups), {}, {}};

@@ -441,6 +441,35 @@ SetupSetting read_setup(const Section& section, const std::string& name) {
   return setup;
 }
 
+SymmetrySetting read_symmetry(const Section& section) {
+  section.allow_only({"planes", "period", "steps"});
+  SymmetrySetting setting{.line = section.line(), .symmetry = {}};
+  Symmetry& symmetry = setting.symmetry;
+  if (const toml::node* const planes = section.find("planes")) {
+    constexpr std::string_view kExpected = "an array of planes such as \"x = 0\"";
+    if (!planes->is_array()) section.fail_type("planes", *planes, kExpected);
+    for (const toml::node& plane : *planes->as_array()) {
+      if (!plane.is_string()) section.fail_type("planes", plane, kExpected);
+      try {
+        symmetry.planes.push_back(plane_of(plane.as_string()->get()));
+      } catch (const InputError& error) {
+        section.fail(line_of(plane), section.name(fmt::format("planes: {}", error.what())));
+      }
+    }
+  }
+  if (const auto period = section.vector("period")) {
+    if (period->isZero(0)) section.fail(line_of(*section.find("period")), "[symmetry] period 0 0 0 is none");
+    symmetry.period = *period;
+  }
+  if (const auto steps = section.integer("steps", 1, 1'000'000)) {
+    if (!symmetry.periodic())
+      section.fail(line_of(*section.find("steps")), "[symmetry] steps needs the key 'period'");
+    symmetry.steps = static_cast<Index>(*steps);
+  }
+  if (symmetry.none()) section.fail(section.line(), "[symmetry] needs the key 'planes' or 'period'");
+  return setting;
+}
+
 // A number of metres or a word, of [patches] or [elements].
 template <class Options, class None, class Auto, class Size>
 Options read_size(const Section& section, std::string_view name) {
@@ -534,7 +563,7 @@ SceneFile read_scene_file(const std::filesystem::path& file) {
   }
   const Section top(file, table, "");
   top.allow_only({"mesh", "units", "flip", "sides", "undefined", "materials", "patches", "elements",
-                  "form_factors", "solver", "camera", "setup", "lights", "bands", "shapes"});
+                  "form_factors", "solver", "camera", "setup", "lights", "bands", "shapes", "symmetry"});
 
   SceneFile scene;
   if (const auto shapes = top.section("shapes", "shapes"))
@@ -576,6 +605,8 @@ SceneFile read_scene_file(const std::filesystem::path& file) {
       const std::string name(key.str());
       scene.setups[name] = read_setup(*setups->section(name, "setup." + name), name);
     }
+
+  if (const auto symmetry = top.section("symmetry", "symmetry")) scene.symmetry = read_symmetry(*symmetry);
 
   constexpr std::int64_t kMost = std::numeric_limits<Index>::max();
   const auto index = [](std::optional<std::int64_t> value) -> std::optional<Index> {

@@ -15,6 +15,7 @@
 #include "radiosity/io/refractive_index.hpp"
 #include "radiosity/meshing/curved_shape.hpp"
 #include "radiosity/meshing/light.hpp"
+#include "radiosity/meshing/symmetry.hpp"
 
 namespace radiosity {
 
@@ -64,6 +65,12 @@ struct SetupSetting {
   std::map<std::string, double> factors;
 };
 
+/// [symmetry]
+struct SymmetrySetting {
+  int line = 0;
+  Symmetry symmetry;
+};
+
 struct SceneFile {
   std::filesystem::path mesh;  ///< empty: there are shapes alone
   double metres_per_unit = 1;
@@ -75,6 +82,7 @@ struct SceneFile {
   std::map<std::string, LightSetting> lights;
   std::map<std::string, ShapeSetting> shapes;
   std::map<std::string, SetupSetting> setups;
+  std::optional<SymmetrySetting> symmetry;
   SceneSettings settings;
 };
 

@@ -205,7 +205,10 @@ class SolutionReader {
       exposure = (*value)(0, 0);
     auto array = wanted.empty() ? std::nullopt : std::optional(find_array(wanted));
     try {
-      return {PatchMesh(std::move(arrays)), std::move(radiosity), std::move(*vertex_radiosity), exposure,
+      arrays.symmetry = symmetry();
+      const PatchMesh cell(std::move(arrays));
+      if (array) array->values = cell.unfolded(array->values);
+      return {cell.unfolded(), cell.unfolded(radiosity), cell.unfolded(*vertex_radiosity), exposure,
               std::move(array)};
     } catch (const InputError& error) {
       fail(fmt::format("holds a mesh that is not valid: {}", error.what()));
@@ -216,6 +219,16 @@ class SolutionReader {
   [[noreturn]] void fail(const std::string& what) const {
     throw IoError(
         fmt::format("{}: is not a solved scene, as radiosity solve writes one: it {}", file_.string(), what));
+  }
+
+  Symmetry symmetry() const {
+    vtkFieldData* const fields = data_.GetFieldData();
+    Symmetry out;
+    for (const std::string& plane : strings(fields, "symmetry_planes")) out.planes.push_back(plane_of(plane));
+    const auto period = band_array(fields, "symmetry_period"), steps = band_array(fields, "symmetry_steps");
+    if (period && period->size() == 3) out.period = period->reshaped().matrix();
+    if (steps && steps->size() == 1) out.steps = static_cast<Index>((*steps)(0, 0));
+    return out;
   }
 
   MeshArray find_array(const std::string& name) const {
@@ -304,6 +317,13 @@ void write_solution(const fs::path& file, const PatchMesh& mesh, const Solution&
   add_integers(fields, "converged", 1, [&](Index) { return provenance.converged ? 1 : 0; });
   add_doubles(fields, "residual", scalar(solution.report.residual));
   add_doubles(fields, "exposure", scalar(exposure), "m2/W");
+  if (const Symmetry& symmetry = mesh.symmetry(); !symmetry.none()) {
+    std::vector<std::string> planes;
+    for (const MirrorPlane& plane : symmetry.planes) planes.push_back(text_of(plane));
+    add_strings(fields, "symmetry_planes", planes);
+    add_doubles(fields, "symmetry_period", symmetry.period.transpose(), "m");
+    add_integers(fields, "symmetry_steps", 1, [&](Index) { return symmetry.steps; });
+  }
   write(file, *data);
 }
 

@@ -136,6 +136,7 @@ PatchMesh to_mesh(const Pieces& pieces, const Surface& surface, const Scene& sce
   std::vector<Index> whole_of;  // patches
   const Whole wholes = number_wholes(surface, scene);
   arrays.materials = scene.materials();
+  arrays.symmetry = scene.symmetry();
   // Vertices are numbered in the order of their first use.
   const auto add_patches = [&](bool back) {
     std::vector<Index> vertex_of(pieces.corners.size(), -1);
@@ -165,7 +166,7 @@ PatchMesh to_mesh(const Pieces& pieces, const Surface& surface, const Scene& sce
   return PatchMesh(std::move(arrays));
 }
 
-/// Edges of one-sided faces that no other face shares and that do not lie on another face.
+/// Edges of one-sided faces that no other face shares, that do not lie on another face, and where no image of the scene begins.
 Index open_edges(const Surface& surface, const Contacts& contacts, const Scene& scene) {
   std::vector<std::pair<std::uint64_t, Index>> sides;
   for (Index p = 0; p < surface.count(); ++p) {
@@ -179,7 +180,9 @@ Index open_edges(const Surface& surface, const Contacts& contacts, const Scene& 
     const std::uint64_t key = sides[k].first;
     for (next = k + 1; next < sides.size() && sides[next].first == key;) ++next;
     if (next - k != 1 || scene.two_sided(surface.face[sides[k].second])) continue;
-    const double length = (surface.points[key >> 32] - surface.points[key & 0xffffffffU]).norm();
+    const Vec3 &a = surface.points[key >> 32], &b = surface.points[key & 0xffffffffU];
+    if (goes_on(scene.symmetry(), a, b, scene.lower(), scene.upper(), contacts.distance)) continue;
+    const double length = (a - b).norm();
     const auto covered = contacts.covered.find(key);
     if (covered == contacts.covered.end() || covered->second < length * (1 - 1e-3) - 2 * contacts.distance)
       ++open;

@@ -13,6 +13,7 @@
 
 #include "polygon.hpp"
 #include "radiosity/meshing/error.hpp"
+#include "radiosity/meshing/tolerances.hpp"
 #include "validate_materials.hpp"
 
 namespace radiosity {
@@ -94,7 +95,7 @@ struct Topology {
 
 PatchMesh::PatchMesh(Arrays arrays) : arrays_(std::move(arrays)) {
   const auto& [vertices, corners, patch_start, patch_surface, patch_material, materials, facets,
-               patch_cluster] = arrays_;
+               patch_cluster, symmetry, images] = arrays_;
   constexpr auto kMost = static_cast<std::size_t>(std::numeric_limits<Index>::max());
   validate(std::span<const Material>(materials));
   const std::size_t patches = patch_material.size();
@@ -108,6 +109,9 @@ PatchMesh::PatchMesh(Arrays arrays) : arrays_(std::move(arrays)) {
         fmt::format("{} patches with {} corners need as many surface numbers (not {}), and starts 0 to {} "
                     "(not {} entries)",
                     patches, corners.size(), patch_surface.size(), corners.size(), patch_start.size()));
+  if (images < 0 || patches % (at(images) + 1) != 0)
+    throw InputError(fmt::format("{} patches are not {} images of each of some", patches, images));
+  originals_ = static_cast<Index>(patches) / (images + 1);
   for (std::size_t v = 0; v < vertices.size(); ++v)
     if (!vertices[v].allFinite())
       throw InputError(fmt::format("vertex {}: its coordinates ({}, {}, {}) are not finite", v,
@@ -202,6 +206,19 @@ PatchMesh::PatchMesh(Arrays arrays) : arrays_(std::move(arrays)) {
   const Topology topology(arrays_);
   const HalfEdges& mesh = topology.half_edges;
   on_border_ = topology.split;
+  const double touch = tolerance::kContact * diagonal();
+  // The border of a patch in a mirror plane, where it meets its image smoothly.
+  const auto mirrored_smoothly = [&](HalfEdges::HalfedgeHandle border) {
+    const Index patch = mesh.face_handle(mesh.opposite_halfedge_handle(border)).idx();
+    const Vec3& a = vertices[topology.origin[mesh.from_vertex_handle(border).idx()]];
+    const Vec3& b = vertices[topology.origin[mesh.to_vertex_handle(border).idx()]];
+    return std::ranges::any_of(symmetry.planes, [&](const MirrorPlane& plane) {
+      const double across = normals_[patch][plane.axis];
+      return std::abs(a[plane.axis] - plane.offset) <= touch &&
+             std::abs(b[plane.axis] - plane.offset) <= touch &&
+             1 - 2 * across * across >= tolerance::kSmoothCosine;
+    });
+  };
   std::vector<std::array<Index, 2>> pairs;
   pairs.reserve(2 * mesh.n_edges());
   for (const auto h : mesh.halfedges())
@@ -217,8 +234,12 @@ PatchMesh::PatchMesh(Arrays arrays) : arrays_(std::move(arrays)) {
   }
   for (std::size_t v = 0; v < vertices.size(); ++v) {
     vertex_neighbours_.start[v + 1] += vertex_neighbours_.start[v];
-    if (mesh.is_boundary(HalfEdges::VertexHandle(static_cast<int>(v)))) on_border_[v] = 1;
+    if (mesh.is_isolated(HalfEdges::VertexHandle(static_cast<int>(v)))) on_border_[v] = 1;
   }
+  for (const auto h : mesh.halfedges())
+    if (mesh.is_boundary(h) && !mirrored_smoothly(h))
+      for (const auto end : {mesh.from_vertex_handle(h), mesh.to_vertex_handle(h)})
+        if (topology.origin[end.idx()] == end.idx()) on_border_[end.idx()] = 1;
   spread_powers();
 }
 
@@ -246,7 +267,7 @@ PatchMesh PatchMesh::with_clusters(std::vector<Index> patch_cluster) const {
 
 void PatchMesh::number_clusters() {
   std::vector<Index>& cluster = arrays_.patch_cluster;
-  const auto patches = at(patch_count());
+  const auto patches = at(original_count());
   if (!cluster.empty() && cluster.size() != patches)
     throw InputError(fmt::format("{} numbers of clusters for {} patches", cluster.size(), patches));
   std::unordered_map<Index, Index> number;
@@ -265,7 +286,10 @@ void PatchMesh::number_clusters() {
   std::iota(members_.items.begin(), members_.items.end(), 0);
   cluster_areas_.resize(0);
   if (first.size() == patches) cluster.clear();
-  if (cluster.empty()) return;
+  if (cluster.empty()) {
+    if (arrays_.images > 0) cluster_areas_ = areas_.head(static_cast<Eigen::Index>(patches));
+    return;
+  }
   std::stable_sort(members_.items.begin(), members_.items.end(),
                    [&](Index a, Index b) { return cluster[at(a)] < cluster[at(b)]; });
   members_.start.assign(first.size() + 1, 0);
@@ -278,7 +302,7 @@ void PatchMesh::number_clusters() {
 }
 
 BandArray PatchMesh::per_cluster(const BandArray& per_patch) const {
-  if (!clustered()) return per_patch;
+  if (!clustered()) return per_patch.topRows(original_count());
   BandArray out(cluster_count(), per_patch.cols());
   for (Index c = 0; c < cluster_count(); ++c) out.row(c) = per_patch.row(members(c)[0]);
   return out;
@@ -292,7 +316,7 @@ BandArray PatchMesh::per_patch(const BandArray& per_cluster) const {
 /// E = Φ / A
 void PatchMesh::spread_powers() {
   std::vector<double> area(arrays_.materials.size());
-  for (Index p = 0; p < patch_count(); ++p) area[material(p)] += areas_[p];
+  for (Index p = 0; p < original_count(); ++p) area[material(p)] += areas_[p];
   for (std::size_t m = 0; m < area.size(); ++m) {
     Material& lamp = arrays_.materials[m];
     if (!lamp.emits_power) continue;

@@ -108,6 +108,7 @@ Quartering::Leaves Quartering::leaves() const {
   PatchMesh::Arrays arrays;
   arrays.vertices = vertices_;
   arrays.materials = mesh_.materials();
+  arrays.symmetry = mesh_.symmetry();
   std::vector<Index> parent, leaf_cells, open;
   for (Index i = 0; i < mesh_.patch_count(); ++i) {
     open.assign(1, i);

@@ -20,6 +20,7 @@ class Cutter {
   Cutter(const PatchMesh& mesh, std::span<const Index> k) : mesh_(mesh), all_k_(k) {
     arrays_.vertices = mesh.vertices();
     arrays_.materials = mesh.materials();
+    arrays_.symmetry = mesh.symmetry();
   }
 
   Refinement run() {

@@ -9,6 +9,7 @@
 
 #include "polygon.hpp"
 #include "radiosity/meshing/error.hpp"
+#include "radiosity/meshing/tolerances.hpp"
 #include "validate_materials.hpp"
 
 namespace radiosity {
@@ -37,7 +38,7 @@ void Scene::Arrays::add_face(std::span<const Index> face_corners, Index material
 
 Scene::Scene(Arrays arrays) : arrays_(std::move(arrays)) {
   constexpr auto kMost = static_cast<std::size_t>(std::numeric_limits<Index>::max());
-  const auto& [vertices, corners, face_start, face_material, materials, two_sided] = arrays_;
+  const auto& [vertices, corners, face_start, face_material, materials, two_sided, symmetry] = arrays_;
   if (face_material.empty()) throw InputError("the mesh has no faces");
   if (corners.size() > kMost || vertices.size() > kMost)
     throw InputError(
@@ -82,6 +83,7 @@ Scene::Scene(Arrays arrays) : arrays_(std::move(arrays)) {
       upper_ = upper_.cwiseMax(vertices[v]);
     }
   }
+  settle(arrays_.symmetry, vertices, corners, face_start, tolerance::kContact * (upper_ - lower_).norm());
 }
 
 Index Scene::bands() const {

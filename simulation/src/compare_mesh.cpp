@@ -20,6 +20,7 @@ PreparedMesh prepare(Patches patches, const PatchOptions& options, const Stopwat
   PatchMesh& mesh = out.patches->mesh;  // its patches, which the visibility refers to, stay the same
   out.visibility = std::make_unique<const Visibility>(mesh);
   mesh = mesh.with_clusters(clusters_apart(*out.visibility));
+  if (mesh.clustered() && !mesh.symmetry().none()) out.visibility = std::make_unique<const Visibility>(mesh);
   out.facts.size = out.patches->patch_size > 0 ? out.patches->patch_size : longest_edge(mesh);
   out.facts.patches = mesh.cluster_count();
   out.facts.seconds = watch.elapsed();

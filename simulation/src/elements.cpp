@@ -87,7 +87,7 @@ std::optional<Elements> gather_alike(const Visibility& visibility, const Solutio
                                      const ElementGather& gather) {
   const double size = *gather.size;
   if (!(size > 0)) throw InputError(fmt::format("elements: size {} m is not positive", size));
-  Refinement fine = refine(visibility.mesh(), pieces(visibility.mesh(), size));
+  Refinement fine = refine(visibility.cell(), pieces(visibility.cell(), size));
   std::vector<Index> lit;
   for (Index e = 0; e < fine.mesh.patch_count(); ++e)
     if (!visibility.covered(fine.coarsening.parent[e])) lit.push_back(e);
@@ -104,14 +104,14 @@ std::optional<Elements> gather_alike(const Visibility& visibility, const Solutio
 class AdaptiveGather {
  public:
   AdaptiveGather(const Visibility& visibility, const Solution& solution, const ElementGather& gather)
-      : visibility_(visibility), solution_(solution), gather_(gather), cells_(visibility.mesh()) {
+      : visibility_(visibility), solution_(solution), gather_(gather), cells_(visibility.cell()) {
     if (!(gather.variation > 0))
       throw InputError(fmt::format("elements: a variation of {} is not positive", gather.variation));
     done_.irradiance = done_.standard_error = BandArray(0, solution.radiosity.cols());
   }
 
   std::optional<Elements> run() {
-    const PatchMesh& mesh = visibility_.mesh();
+    const PatchMesh& mesh = visibility_.cell();
     std::vector<Index> alone;
     for (Index i = 0; i < mesh.patch_count(); ++i)
       if (can_be_cut(i) && mesh.members(mesh.cluster(i)).size() == 1) alone.push_back(i);
@@ -129,7 +129,7 @@ class AdaptiveGather {
 
  private:
   bool can_be_cut(Index patch) const {
-    return !visibility_.covered(patch) && !(visibility_.mesh().material_of(patch).emission > 0).any();
+    return !visibility_.covered(patch) && !(visibility_.cell().material_of(patch).emission > 0).any();
   }
 
   // The light on leaves that have none yet, and all leaves; nothing where that was stopped.
@@ -269,7 +269,7 @@ std::optional<Elements> gather_elements(const Visibility& visibility, const Solu
 
 std::optional<Elements> gather_members(const Visibility& visibility, const Solution& solution,
                                        const ElementGather& gather) {
-  const PatchMesh& mesh = visibility.mesh();
+  const PatchMesh& mesh = visibility.cell();
   std::vector<Index> lit;
   std::vector<Sensor> sensors;
   double area = 0;

@@ -203,7 +203,11 @@ std::vector<std::uint8_t> isolated(const FormFactorMatrix& f, const Ranks* ranks
 std::optional<Coarsening> coarser(const SolvedProblem& problem, const FormFactorMatrix& f, double factor,
                                   std::vector<std::string>& notes) {
   const Index n = f.size();
-  Coarsening out = coarsen(problem.patches.mesh, problem.visibility.facets(), factor,
+  // Those of the cell come first.
+  const std::vector<Facet>& facets = problem.visibility.facets();
+  const std::size_t of_cell =
+      facets.size() / (static_cast<std::size_t>(problem.visibility.mesh().image_count()) + 1);
+  Coarsening out = coarsen(problem.patches.mesh, std::span(facets).first(of_cell), factor,
                            isolated(f, problem.assembly.ranks.get()));
   if (out.count <= 0.7 * n) return out;
   notes.push_back(fmt::format(

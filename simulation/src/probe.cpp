@@ -195,7 +195,7 @@ ProbeResult measure(const Visibility& visibility, const BandArray& radiosity,
 
 ProbeResult probe(const Visibility& visibility, const BandArray& radiosity, const BandArray& vertex_radiosity,
                   std::span<const Sensor> sensors, const ProbeOptions& options) {
-  check(visibility.mesh(), radiosity, vertex_radiosity, sensors, options);
+  check(visibility.cell(), radiosity, vertex_radiosity, sensors, options);
   const Bands unit = light_unit(radiosity).transpose();
   // States are in W/m². Powers of two change no bits.
   ProbeOptions in_units = options;
@@ -211,8 +211,9 @@ ProbeResult probe(const Visibility& visibility, const BandArray& radiosity, cons
         return partial;
       });
     };
-  ProbeResult result =
-      measure(visibility, radiosity.rowwise() / unit, vertex_radiosity.rowwise() / unit, sensors, in_units);
+  const PatchMesh& cell = visibility.cell();
+  ProbeResult result = measure(visibility, cell.unfolded(radiosity.rowwise() / unit),
+                               cell.unfolded(vertex_radiosity.rowwise() / unit), sensors, in_units);
   result.irradiance.rowwise() *= unit;
   result.standard_error.rowwise() *= unit;
   return result;

@@ -51,10 +51,13 @@ class Prepared {
            std::string_view where_few, Modelled modelled, Index bands)
       : task_(task),
         out_{make_patches(scene, settings.patches.value_or(PatchOptions{})), bands, std::move(modelled)} {
+    out_.modelled.symmetry = scene.symmetry();
     ended(SolveStage::patches, out_.patches.warnings);
     visibility_.emplace(out_.patches.mesh);
     PatchMesh& mesh = out_.patches.mesh;  // its patches, which the visibility refers to, stay the same
     mesh = mesh.with_clusters(clusters_apart(*visibility_));
+    if (mesh.clustered() && !mesh.symmetry().none())
+      visibility_.emplace(mesh);  // its images are in clusters, too
     chosen_ = choose_method(*visibility_, settings, where_few);
     const SeenSides seen = seen_sides(*visibility_);
     look_outwards_ = seen.look_outwards;

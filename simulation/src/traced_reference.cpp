@@ -105,9 +105,9 @@ double TracedReference::noise() const {
 }
 
 TracedError TracedReference::error(const BandArray& radiosity) const {
-  if (radiosity.rows() != mesh_->patch_count() || radiosity.cols() != mesh_->bands())
+  if (radiosity.rows() != mesh_->original_count() || radiosity.cols() != mesh_->bands())
     throw InputError(fmt::format("radiosities of {} × {} for {} patches in {} bands", radiosity.rows(),
-                                 radiosity.cols(), mesh_->patch_count(), mesh_->bands()));
+                                 radiosity.cols(), mesh_->original_count(), mesh_->bands()));
   if (rounds_ < 2) throw InputError("an error against a traced reference needs two rounds");
   const BandArray all = reflected(), noise = variance();
   TracedError worst;

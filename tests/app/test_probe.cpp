@@ -135,5 +135,45 @@ TEST_F(Probe, RefusesFilesThatAreMissingOrNotSolved) {
   refused("out.vtp", "P.txt", "nowhere/H.csv", "nowhere");
 }
 
+TEST_F(Probe, MeasuresEitherSideOfAMirror) {
+  write_cube();
+  // Half of it: the x of all corners of the wall x = 1 are those of the mirror.
+  write("half.obj",
+        "v 0 0 0\nv 0.5 0 0\nv 0.5 1 0\nv 0 1 0\nv 0 0 1\nv 0.5 0 1\nv 0.5 1 1\nv 0 1 1\n"
+        "usemtl floor\nf 1 2 3 4\nusemtl ceiling\nf 5 8 7 6\nusemtl wall\nf 1 4 8 5\nf 1 5 6 2\nf 4 3 7 8\n");
+  write("half.toml",
+        "mesh = \"half.obj\"\n[symmetry]\nplanes = [\"x = 0.5\"]\n[materials.floor]\nreflectance = 0.5\n"
+        "[materials.wall]\nreflectance = 0.5\n[materials.ceiling]\nreflectance = 0.5\nemission = 1\n");
+  write("P.txt", "0.25 0.5 0.4 0 0 1\n0.75 0.5 0.4 0 0 1\n0.5 0.5 0 0 0 1\n");
+  std::vector<std::string> lists;
+  for (const std::string scene : {"cube", "half"}) {
+    const Outcome solved = run({"solve", scene + ".toml", "-o", scene + ".vtp", "--patch-size", "0.125",
+                                "--report", scene + ".json"});
+    ASSERT_EQ(solved.status, 0) << solved.err;
+    EXPECT_EQ(solved.out.find("mirrored in x = 0.5: 1 image") != std::string::npos, scene == "half");
+    ASSERT_EQ(
+        run({"probe", scene + ".vtp", "--points", "P.txt", "-o", scene + ".csv", "--samples", "4096"}).status,
+        0);
+    lists.push_back(read(scene + ".csv"));
+  }
+  std::istringstream whole(lists[0]), half(lists[1]);
+  std::string a, b;
+  std::getline(whole, a), std::getline(half, b);
+  for (int k = 0; k < 3; ++k) {
+    std::getline(whole, a), std::getline(half, b);
+    const std::vector<double> of_whole = numbers(a), of_half = numbers(b);
+    EXPECT_NEAR(of_half[6], of_whole[6], 5 * std::hypot(of_half[7], of_whole[7]) + 1e-3 * of_whole[6]) << k;
+  }
+  const auto report = nlohmann::json::parse(read("half.json"));
+  EXPECT_EQ(report["modelled"]["symmetry"]["planes"][0], "x = 0.5");
+  EXPECT_EQ(report["modelled"]["symmetry"]["images"], 1);
+  const auto of_whole = nlohmann::json::parse(read("cube.json"));
+  EXPECT_EQ(2 * report["scene"]["patches"].get<int>(), of_whole["scene"]["patches"].get<int>());
+  EXPECT_NEAR(2 * report["energy"]["absorbed_w"][0].get<double>(),
+              of_whole["energy"]["absorbed_w"][0].get<double>(), 1e-5);
+  EXPECT_FALSE(of_whole["modelled"].contains("symmetry"));
+  ASSERT_EQ(run({"view", "half.vtp", "-o", "half.png", "--width", "32", "--height", "32"}).status, 0);
+}
+
 }  // namespace
 }  // namespace radiosity::testing

@@ -27,6 +27,7 @@ LoadedScene scene_with_all() {
   settings.seed = 0xFFFFFFFFFFFFFFFFU;
   settings.tolerance = 1e-7;
   settings.ambient = true;
+  arrays.symmetry = {.planes = {{0, 0}, {1, 1}}, .period = {0, 0, 0.5}, .steps = 3};
   return {Scene(std::move(arrays)), settings, {{"off", {0, 1}}}, {}, {}};
 }
 
@@ -37,6 +38,8 @@ TEST(SceneBytes, HoldAllThatASolveDependsOn) {
   EXPECT_TRUE((taken.scene.materials()[1].specular == given.scene.materials()[1].specular).all());
   EXPECT_EQ(taken.scene.materials()[1].shininess, 12);
   EXPECT_EQ(taken.setups[0].name, "off");
+  EXPECT_EQ(text_of(taken.scene.symmetry()),
+            "mirrored in x = 0, y = 1; period 0 0 0.5 m, 3 steps either way: 27 images");
 }
 
 TEST(SceneBytes, AreRefusedWhereTheyAreCutShort) {

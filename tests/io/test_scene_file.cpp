@@ -748,5 +748,44 @@ TEST_F(SceneFileTest, AMeshThatEmitsNothingSaysHowToAddALamp) {
   EXPECT_NO_THROW(require_emission(read("").scene, "x"));
 }
 
+/// The floor is 2 × 1 and the lamp above it, both at z from −1 to 0.
+TEST_F(SceneFileTest, ReadsASymmetry) {
+  EXPECT_TRUE(read("").scene.symmetry().none());
+  // Metres, whatever the units of the mesh.
+  const Symmetry symmetry =
+      read("units = \"cm\"\n[symmetry]\nplanes = [\"x = 0\", \"z=-0.01\"]\nperiod = [0, 3, 0]\nsteps = 7\n")
+          .scene.symmetry();
+  ASSERT_EQ(symmetry.planes.size(), 2U);
+  EXPECT_EQ(symmetry.planes[0].axis, 0);
+  EXPECT_EQ(symmetry.planes[1].axis, 2);
+  EXPECT_EQ(symmetry.planes[1].offset, -0.01);
+  EXPECT_EQ(symmetry.period, Vec3(0, 3, 0));
+  EXPECT_EQ(symmetry.steps, 7);
+  // Without a number: that of the rule. The box is 2 × 1 × 1, mirrored 4 × 1 × 1: √17 · 4 · 2 / (π s³) = 10⁻³ at s = 21.9.
+  EXPECT_EQ(read("[symmetry]\nplanes = [\"x = 2\"]\nperiod = [0, 5, 0]\n").scene.symmetry().steps, 5);
+}
+
+TEST_F(SceneFileTest, RefusesASymmetryThatIsNone) {
+  const auto of = [&](const std::string& text) { return error("[symmetry]\n" + text); };
+  EXPECT_THAT(error("[symmetry]\n"),
+              StartsWith("scene.toml:2: [symmetry] needs the key 'planes' or 'period'"));
+  EXPECT_THAT(of("plane = [\"x = 0\"]\n"),
+              AllOf(StartsWith("scene.toml:3: unknown key 'plane'"), HasSubstr("'planes'")));
+  EXPECT_THAT(of("planes = \"x = 0\"\n"),
+              StartsWith("scene.toml:3: [symmetry] planes is a string, but must be"));
+  EXPECT_THAT(of("planes = [0]\n"), StartsWith("scene.toml:3: [symmetry] planes is an integer, but must be"));
+  EXPECT_THAT(of("planes = [\"x 0\"]\n"),
+              StartsWith("scene.toml:3: [symmetry] planes: \"x 0\" is no plane such as"));
+  EXPECT_THAT(of("period = [0, 0, 0]\n"), StartsWith("scene.toml:3: [symmetry] period 0 0 0 is none"));
+  EXPECT_THAT(of("planes = [\"x = 0\"]\nsteps = 3\n"),
+              StartsWith("scene.toml:4: [symmetry] steps needs the key 'period'"));
+  EXPECT_THAT(of("period = [9, 0, 0]\nsteps = 0\n"),
+              StartsWith("scene.toml:4: [symmetry] steps = 0: must be from 1"));
+  EXPECT_THAT(of("planes = [\"x = 1\"]\n"),
+              StartsWith("scene.toml:2: symmetry: face 0 crosses the plane x = 1"));
+  EXPECT_THAT(of("planes = [\"y = 0\"]\n"),
+              StartsWith("scene.toml:2: symmetry: face 0 lies in the plane y = 0"));
+}
+
 }  // namespace
 }  // namespace radiosity::test

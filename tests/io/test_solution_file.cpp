@@ -339,5 +339,29 @@ TEST(SolutionSeries, WritesOneFilePerStepAndAListOfThem) {
     EXPECT_EQ(rgb_bytes->GetTypedComponent(v, 0), expected[v][0]);
 }
 
+TEST(SolutionFile, OfACellIsReadAsTheWhole) {
+  const TemporaryDirectory directory;
+  PatchMesh::Arrays arrays;
+  arrays.vertices = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+  arrays.corners = {0, 1, 2, 3};
+  arrays.patch_start = {0, 4};
+  arrays.patch_surface = arrays.patch_material = {0};
+  arrays.materials = {material("wall", Eigen::Array2d(0.5, 0.25), Eigen::Array2d(1, 2))};
+  arrays.symmetry = {.planes = {{0, 0}}, .period = {0, 0.1 + 1, 0}, .steps = 2};
+  const PatchMesh cell(std::move(arrays));
+  Solution solution = made_up_solution(cell);
+  write_solution(directory / "cell.vtp", cell, solution, {}, 1, nullptr);
+  const SolvedMesh read = read_solution(directory / "cell.vtp", "radiosity");
+  ASSERT_EQ(read.mesh.patch_count(), 10);  // 2 · (2 · 2 + 1)
+  EXPECT_NEAR(read.mesh.areas().sum(), 10, 1e-12);
+  EXPECT_EQ(read.mesh.lower(), Vec3(-1, -2 * (0.1 + 1), 0));
+  for (Index i = 0; i < 10; ++i) {
+    EXPECT_TRUE((read.patch_radiosity.row(i) == solution.radiosity.row(0)).all());
+    EXPECT_EQ(read.mesh.normal(i), Vec3(0, 0, 1));
+  }
+  EXPECT_EQ(read.vertex_radiosity.rows(), read.mesh.vertex_count());
+  EXPECT_EQ(read.array->values.rows(), read.array->at_vertices ? read.mesh.vertex_count() : 10);
+}
+
 }  // namespace
 }  // namespace radiosity::test

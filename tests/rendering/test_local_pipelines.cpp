@@ -458,9 +458,10 @@ TEST(LocalPipelines, DrawManyPolygonsWithTheSameBitsOnAnyNumberOfThreads) {
 // The same lighting of the same fragments, but for rounding of what was split; smooth normals, three bands.
 TEST(Priority, ShowsWhatPhongShows) {
   std::vector<std::pair<ViewScene, Camera>> cases;
-  for (const char* name : {"cornell-box", "cornell-box-glass", "cube", "two-rooms"}) {
+  for (const char* name : {"cornell-box", "cornell-box-glass", "cube", "two-rooms", "corridor"}) {
     const LoadedScene loaded = read_scene(std::string(RADIOSITY_SOURCE_DIR "/scenes/") + name + ".toml");
-    const auto mesh = std::make_shared<const PatchMesh>(make_patches(loaded.scene, KeepFaces{}).mesh);
+    const auto mesh =
+        std::make_shared<const PatchMesh>(make_patches(loaded.scene, KeepFaces{}).mesh.unfolded());
     cases.push_back(
         {{mesh, {}, lights_of_emitters(*mesh), ambient_irradiance(*mesh)}, loaded.settings.camera.value()});
   }

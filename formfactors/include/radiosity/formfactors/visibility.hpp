@@ -10,7 +10,8 @@
 
 namespace radiosity {
 
-/// Who sees whom. Patches are opaque; the back of a patch blocks light and returns none. Thread-safe.
+/// Who sees whom. Patches are opaque; the back of a patch blocks light and returns none. Thread-safe. Of one cell of a symmetric
+/// scene it answers for the whole.
 ///
 /// Rays are cast in single precision on geometry that is recentred and scaled to unit size, so that neither
 /// map coordinates nor the unit of length matter. A ray that starts on a patch passes through every patch in
@@ -18,12 +19,15 @@ namespace radiosity {
 class Visibility {
  public:
   /// The mesh must outlive this object.
-  explicit Visibility(const PatchMesh& mesh);
+  explicit Visibility(const PatchMesh& cell);
   ~Visibility();
   Visibility(const Visibility&) = delete;
   Visibility& operator=(const Visibility&) = delete;
 
+  /// The patches that are seen: those of the cell, and behind them their images (PatchMesh::with_images).
   const PatchMesh& mesh() const { return mesh_; }
+  /// The mesh that was given.
+  const PatchMesh& cell() const { return cell_; }
 
   /// What is asked who hides whom: the walls as they were before they were cut, so that the cost of a ray does not depend
   /// on the number of patches. A hit is mapped to the patch at its place.
@@ -88,6 +92,8 @@ class Visibility {
  private:
   struct Impl;
   void find_covered();
+  const PatchMesh& cell_;
+  std::unique_ptr<const PatchMesh> whole_;  // null where it is the cell
   const PatchMesh& mesh_;
   Vec3 centre_;
   double scale_;

@@ -23,7 +23,7 @@ struct Provenance {
 /// reflectance (components = bands), area, surface, material (index; names as field data material_names), and, where
 /// an estimate is given (n × bands, W/m²), radiosity_error, and, where cells are elements, patch: the number of the unknown that each is a piece of;
 /// point arrays radiosity, display_rgb; field data version, command, method, solver, converged, residual,
-/// exposure, units. The file appears under its name only when complete. Throws IoError when it cannot be
+/// exposure, units, and of one cell of a symmetric scene symmetry_planes, symmetry_period, symmetry_steps. The file appears under its name only when complete. Throws IoError when it cannot be
 /// written.
 void write_solution(const std::filesystem::path& file, const PatchMesh& mesh, const Solution& solution,
                     const Provenance& provenance, double exposure, const BandArray* radiosity_error = nullptr,
@@ -37,7 +37,7 @@ struct MeshArray {
   BandArray values;
 };
 
-/// A solved .vtp, read back.
+/// A solved .vtp, read back; where it holds one cell of a symmetric scene, the whole of it (PatchMesh::unfolded).
 struct SolvedMesh {
   PatchMesh mesh;
   BandArray patch_radiosity;   ///< n × bands, W/m²

@@ -8,6 +8,7 @@
 
 #include "radiosity/meshing/facet.hpp"
 #include "radiosity/meshing/material.hpp"
+#include "radiosity/meshing/symmetry.hpp"
 #include "radiosity/meshing/types.hpp"
 
 namespace radiosity {
@@ -21,6 +22,8 @@ namespace radiosity {
 /// Patches that are smaller than unknowns need be are joined to clusters, which share one radiosity in the exchange of light: a
 /// cluster has the area, and the points, of all its members, each with its own normal, so it may see itself, F_ii > 0. Every patch
 /// is in one cluster, mostly by itself; clusters are numbered by their first members.
+///
+/// Where the patches are one cell of a symmetric scene they stand for the whole of it: see with_images().
 class PatchMesh {
  public:
   struct Arrays {
@@ -33,11 +36,15 @@ class PatchMesh {
     std::shared_ptr<const std::vector<Facet>> facets = {};  ///< null where they are not known
     /// Per patch: any number that those of its cluster share, all of one material; empty: each patch is by itself.
     std::vector<Index> patch_cluster = {};
+    Symmetry symmetry = {};  ///< of which the patches are one cell
+    /// So many times as many patches follow on those of the cell, in the same order each time: patch k n + i of n is an image of patch
+    /// i. `patch_cluster` is that of the cell.
+    Index images = 0;
   };
 
   /// Throws InputError on an index out of range, a patch with fewer than three corners, no area or
   /// coordinates that are not finite, invalid materials, facets that do not have each patch once, or clusters of several materials. A
-  /// power is divided by the area of its patches; InputError where there are none.
+  /// power is divided by the area of its patches, without images; InputError where there are none.
   explicit PatchMesh(Arrays arrays);
 
   /// The faces that the patches are pieces of, as they were before they were cut; null where that is not known: see facets().
@@ -49,20 +56,36 @@ class PatchMesh {
   /// The same patches in other clusters, as Arrays::patch_cluster. Throws InputError on clusters of several materials.
   PatchMesh with_clusters(std::vector<Index> patch_cluster) const;
 
-  /// Whether any cluster has several members.
+  const Symmetry& symmetry() const { return arrays_.symmetry; }
+
+  /// The whole scene: these patches, and behind them all their images, which belong to the clusters of their originals: what is
+  /// visible is asked of all of them, unknown are those of the cell.
+  PatchMesh with_images() const;
+  /// The whole scene as any other: images are patches like all others, and none are clusters.
+  PatchMesh unfolded() const;
+  /// Values of the whole, a row per patch or per vertex, of those of the cell.
+  BandArray unfolded(const BandArray& of_cell) const;
+
+  Index image_count() const { return arrays_.images; }  ///< of each patch
+  Index original_count() const { return originals_; }   ///< patches that are no images
+  Index original(Index patch) const { return patch < originals_ ? patch : patch % originals_; }
+
+  /// Whether any cluster has several members; images are none.
   bool clustered() const { return !arrays_.patch_cluster.empty(); }
   Index cluster_count() const {
-    return clustered() ? static_cast<Index>(cluster_areas_.size()) : patch_count();
+    return clustered() ? static_cast<Index>(cluster_areas_.size()) : original_count();
   }
-  Index cluster(Index patch) const { return clustered() ? arrays_.patch_cluster[patch] : patch; }
-  /// Patches, ascending.
+  Index cluster(Index patch) const {
+    return clustered() ? arrays_.patch_cluster[original(patch)] : original(patch);
+  }
+  /// Patches that are no images, ascending.
   std::span<const Index> members(Index cluster) const {
     return clustered() ? piece(members_.items, members_.start, cluster)
                        : std::span(members_.items).subspan(static_cast<std::size_t>(cluster), 1);
   }
   /// Of all members, m².
-  const Eigen::ArrayXd& cluster_areas() const { return clustered() ? cluster_areas_ : areas_; }
-  /// Of values that members share, a row per patch: a row per cluster; and back.
+  const Eigen::ArrayXd& cluster_areas() const { return cluster_areas_.size() > 0 ? cluster_areas_ : areas_; }
+  /// Of values that members share, a row per patch: a row per cluster; and back, to the patches that are no images.
   BandArray per_cluster(const BandArray& per_patch) const;
   BandArray per_patch(const BandArray& per_cluster) const;
 
@@ -95,7 +118,7 @@ class PatchMesh {
   Index triangle_patch(Index triangle) const { return triangle_patch_[triangle]; }
 
   /// Patches round a vertex, and vertices joined to it by an edge; on_border where the patches do not close a
-  /// ring.
+  /// ring, with their mirror images where they meet those smoothly.
   std::span<const Index> vertex_patches(Index v) const {
     return piece(vertex_patches_.items, vertex_patches_.start, v);
   }
@@ -123,11 +146,13 @@ class PatchMesh {
     return std::span(items).subspan(start[i], start[i + 1] - start[i]);
   }
 
+  PatchMesh whole(bool tied) const;
   void spread_powers();
   void number_clusters();
 
   Arrays arrays_;
-  Eigen::ArrayXd areas_, cluster_areas_;
+  Index originals_ = 0;
+  Eigen::ArrayXd areas_, cluster_areas_;  // cluster_areas_: empty where they are areas_
   Rows members_;
   std::vector<Vec3> normals_, centroids_;
   std::vector<std::array<Index, 3>> triangles_;

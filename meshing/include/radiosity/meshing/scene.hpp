@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "radiosity/meshing/material.hpp"
+#include "radiosity/meshing/symmetry.hpp"
 #include "radiosity/meshing/types.hpp"
 
 namespace radiosity {
@@ -24,11 +25,12 @@ class Scene {
     std::vector<Index> face_material;  ///< one per face
     std::vector<Material> materials;
     std::vector<std::uint8_t> two_sided = {};  ///< one per face, where that is not left to the materials
+    Symmetry symmetry = {};                    ///< of which the faces are one cell
 
     void add_face(std::span<const Index> face_corners, Index material);
   };
 
-  /// Throws InputError naming the face, vertex or material that breaks a rule.
+  /// Throws InputError naming the face, vertex, material or plane that breaks a rule; see settle(Symmetry&, …).
   explicit Scene(Arrays arrays);
 
   Index face_count() const { return static_cast<Index>(arrays_.face_material.size()); }
@@ -44,11 +46,14 @@ class Scene {
                                      : arrays_.two_sided[face] != 0;
   }
 
+  /// In force: of a period, with its steps.
+  const Symmetry& symmetry() const { return arrays_.symmetry; }
+
   /// Half of the Newell vector Σ v_k × v_{k+1}: its length is the face's area, its direction the front
   /// normal.
   Vec3 area_vector(Index face) const;
 
-  /// Radiating area of a material in m²: the sum over its faces, twice that of faces with two sides.
+  /// Radiating area of a material in m²: the sum over its faces, without their images, twice that of faces with two sides.
   double material_area(Index material) const;
 
   /// Corners of the axis-parallel bounding box.

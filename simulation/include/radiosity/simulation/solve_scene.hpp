@@ -86,6 +86,7 @@ struct Modelled {
     /// Pairs without a factor to compute, as they face away.
     std::optional<std::uint64_t> pairs_behind;
   } saved = {};
+  Symmetry symmetry = {};  ///< of which one cell was solved
 };
 
 enum class FormFactorStorage { dense, sparse, rows };
