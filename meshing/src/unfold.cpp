@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 #include <memory>
 
 #include "radiosity/meshing/error.hpp"
@@ -27,12 +26,14 @@ BandArray PatchMesh::unfolded(const BandArray& of_cell) const {
 PatchMesh PatchMesh::whole(bool tied) const {
   const std::vector<SymmetryImage> all = images(symmetry());
   if (all.empty()) return *this;
+  // Of quads; a patch of the whole takes 3 kB with all that visibility makes of it.
+  constexpr double kMostCorners = 4 * 4e6;
   const double corners = static_cast<double>(arrays_.corners.size()) * static_cast<double>(all.size() + 1);
-  if (corners > std::numeric_limits<Index>::max())
-    throw InputError(
-        fmt::format("symmetry: {} images and the {} patches themselves have {:.2g} corners, more than can be "
-                    "numbered; larger patches, or fewer steps of a short period, make fewer",
-                    all.size(), patch_count(), corners));
+  if (corners > kMostCorners)
+    throw InputError(fmt::format(
+        "symmetry: {} images and the {} patches themselves have {:.2g} corners; at most {:.2g}, some "
+        "12 GB of memory, are possible; larger patches, or fewer steps of the period, make fewer",
+        all.size(), patch_count(), corners, kMostCorners));
   const double touch = tolerance::kContact * diagonal();
   Arrays arrays = arrays_;
   arrays.symmetry = {};

@@ -42,7 +42,7 @@ Scene half_room(bool ball = false) {
   quad(at, a, c);
   quad(at + b, c, a);
   quad(at + c, a, b);
-  if (ball) builder.use_material(grey("ball", 0.8, 0)).sphere({1.2, 2.2, 0.6}, 0.3, 2, Facing::outward);
+  if (ball) builder.use_material(grey("ball", 0.8, 0)).sphere({1.2, 2.2, 0.6}, 0.3, 1, Facing::outward);
   builder.use_material(grey("lamp", 0, 10));
   quad({0, 1.2, 2.4}, {0, 0.6, 0}, {0.3, 0, 0});
   return with_symmetry(builder.build(), {.planes = {{0, 0}}});
@@ -98,7 +98,7 @@ TEST_P(SymmetricRoom, HasTheLightOfTheWhole) {
     for (std::size_t k = 0; k < mesh.corners(i).size(); ++k)
       most = std::max(most, std::abs(cell.solution.vertex_radiosity(mesh.corners(i)[k], 0) -
                                      whole.solution.vertex_radiosity(all.corners(i)[k], 0)));
-  EXPECT_LT(most, method == "analytic" ? 1e-3 : 0.1);
+  EXPECT_LT(most, method == "analytic" ? 1e-4 : 5e-3);
 }
 
 TEST(SymmetricRooms, HaveTheSameLightOnClustersTheirMembersAndElements) {
@@ -110,12 +110,12 @@ TEST(SymmetricRooms, HaveTheSameLightOnClustersTheirMembersAndElements) {
     const SolvedScene cell = solve_scene(half, settings), whole = solve_scene(whole_of(half), settings);
     ASSERT_TRUE(cell.patches.mesh.clustered());
     EXPECT_EQ(2 * cell.patches.mesh.cluster_count(), whole.patches.mesh.cluster_count());
-    EXPECT_LT(difference(cell.patches.mesh, cell.solution.radiosity, whole.solution.radiosity), 5e-3);
+    EXPECT_LT(difference(cell.patches.mesh, cell.solution.radiosity, whole.solution.radiosity), 5e-4);
     ASSERT_TRUE(cell.elements && whole.elements);
     const double noise = std::hypot(cell.elements->noise(), whole.elements->noise());
     EXPECT_EQ(2 * cell.elements->mesh.patch_count(), whole.elements->mesh.patch_count());
     EXPECT_LT(difference(cell.elements->mesh, cell.elements->radiosity, whole.elements->radiosity),
-              1.3 * noise + 5e-3);
+              1.3 * noise);
     EXPECT_LT(noise, 0.05);
   }
 }
@@ -146,7 +146,7 @@ TEST(SymmetricRooms, AreSolvedToAnAccuracy) {
   options.accuracy = 0.04;
   const SolvedScene cell = solve_scene(half_room(), {}, options);
   ASSERT_TRUE(cell.accuracy && cell.accuracy->reached);
-  const SolvedScene fine = solve_scene(whole_of(half_room()), settings_of("analytic", 0.15));
+  const SolvedScene fine = solve_scene(whole_of(half_room()), settings_of("analytic", 0.25));
   // The mean light on the room, which patches err less of.
   const auto mean = [](const SolvedScene& solved) {
     const PatchMesh& mesh = solved.patches.mesh;
@@ -207,7 +207,7 @@ TEST(SymmetricRooms, OfOneBayOfACorridorAreAsBrightAsTheMiddleOfTwentyOne) {
   const SolvedScene whole = solve_scene(whole_of(cell), settings_of("hemisphere", 0.5));
   ASSERT_EQ(whole.patches.mesh.patch_count(), 42 * solved.patches.mesh.patch_count());
   // Bays near the ends of the whole are darker: those beside the middle see them from far off. Rays tell 1 % or so.
-  EXPECT_LT(difference(solved.patches.mesh, solved.solution.radiosity, whole.solution.radiosity), 0.03);
+  EXPECT_LT(difference(solved.patches.mesh, solved.solution.radiosity, whole.solution.radiosity), 0.01);
 }
 
 }  // namespace
