@@ -73,7 +73,7 @@ TEST(Pipelines, DrawEverySceneOfTheRepository) {
     if (entry.path().extension() != ".toml") continue;
     const std::string name = entry.path().stem();
     const LoadedScene loaded = read_scene(entry.path());
-    const auto mesh = std::make_shared<const PatchMesh>(make_patches(loaded.scene, KeepFaces{}).mesh);
+    const auto mesh = std::make_shared<const PatchMesh>(make_patches(loaded.scene, KeepFaces{}).mesh.unfolded());
     const Camera camera = loaded.settings.camera ? *loaded.settings.camera : automatic_camera(*mesh);
     for (const PipelineInfo& info : pipelines()) {
       const ViewScene scene{mesh, BandArray::Ones(mesh->vertex_count(), mesh->bands()),
