@@ -73,7 +73,8 @@ TEST(Pipelines, DrawEverySceneOfTheRepository) {
     if (entry.path().extension() != ".toml") continue;
     const std::string name = entry.path().stem();
     const LoadedScene loaded = read_scene(entry.path());
-    const auto mesh = std::make_shared<const PatchMesh>(make_patches(loaded.scene, KeepFaces{}).mesh.unfolded());
+    const auto mesh =
+        std::make_shared<const PatchMesh>(make_patches(loaded.scene, KeepFaces{}).mesh.unfolded());
     const Camera camera = loaded.settings.camera ? *loaded.settings.camera : automatic_camera(*mesh);
     for (const PipelineInfo& info : pipelines()) {
       const ViewScene scene{mesh, BandArray::Ones(mesh->vertex_count(), mesh->bands()),
@@ -87,6 +88,14 @@ TEST(Pipelines, DrawEverySceneOfTheRepository) {
       EXPECT_EQ(image.rays >= 2 * 40 * 30, casts) << name << ", " << info.name;
     }
   }
+}
+
+TEST(Pipelines, RefuseOneCellOfASymmetricScene) {
+  const LoadedScene corridor = read_scene(RADIOSITY_SOURCE_DIR "/scenes/corridor.toml");
+  const auto cell = std::make_shared<const PatchMesh>(make_patches(corridor.scene, KeepFaces{}).mesh);
+  for (const PipelineInfo& info : pipelines())
+    EXPECT_THROW(info.make({cell, BandArray::Ones(cell->vertex_count(), cell->bands())}), InputError)
+        << info.name;
 }
 
 TEST(Pipelines, GiveTheSameBitsOnAnyNumberOfThreadsAndWithCoarseImagesFirst) {
