@@ -84,7 +84,7 @@ ColourScale scale_of(const Options::View& view, const FieldImage& seen, const Fi
 int view_false_colour(Job& job, const std::function<Camera(const PatchMesh&)>& camera_for) {
   const Options& options = job.options;
   const Options::View& view = options.view;
-  if (options.scene.extension() != ".vtp")
+  if (options.scene.extension() != ".vtp" && options.scene.extension() != ".pvtp")
     throw InputError(fmt::format(
         "{}: --false-colour shows an array of a solved .vtp; radiosity solve {} -o OUT.vtp makes one",
         options.scene.string(), shell_quoted(options.scene.string())));

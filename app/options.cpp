@@ -447,7 +447,8 @@ class Parser {
     CLI::App* command = add_command("solve", "Compute the radiosity of every patch of a scene",
                                     "A mesh (.obj .ply .stl .off .gltf .glb .dae .ifc .vtp .vtu)\n"
                                     "or a scene file (.toml) that names one");
-    add_output(command, "OUT.vtp", "The result, for ParaView (required)");
+    add_output(command, "OUT.vtp|OUT.pvtp",
+               "The result, for ParaView (required); .pvtp: in pieces, one of\neach process");
     add_report(command);
     command->add_option("--series", options_.series_file, "Every step of the solver, for ParaView to play")
         ->option_text("FILE.pvd")
@@ -501,7 +502,7 @@ class Parser {
 
   void add_view() {
     CLI::App* command = add_command("view", "Make an image",
-                                    "A solved .vtp, or a scene, which is solved first with the\n"
+                                    "A solved .vtp or .pvtp, or a scene, which is solved first with the\n"
                                     "settings of its scene file");
     Options::View& view = options_.view;
     add_output(command, "P.png", "The image; .exr and .hdr are in physical units, W/m² (required)");
@@ -625,8 +626,8 @@ class Parser {
   }
 
   void add_probe() {
-    CLI::App* command =
-        add_command("probe", "Measure irradiance at points", "A solved .vtp, as radiosity solve writes it");
+    CLI::App* command = add_command("probe", "Measure irradiance at points",
+                                    "A solved .vtp or .pvtp, as radiosity solve\nwrites it");
     add_output(command, "H.csv", "Irradiance and its standard error, in W/m² (required)");
     add_report(command);
     command

@@ -15,7 +15,8 @@ namespace radiosity::app {
 
 int run_probe(const Options& options) {
   Job job(options);
-  check_outputs(options, ".csv");
+  const bool speaks = !options.shared || options.shared->ranks->rank() == 0;
+  if (speaks) check_outputs(options, ".csv");
   const std::vector<Sensor> sensors = read_sensors(options.points_file);
   const SolvedMesh solved = read_solution(options.scene);
   job.report.seconds.read = job.stage.lap();
@@ -25,12 +26,14 @@ int run_probe(const Options& options) {
   ProbeOptions probe_options;
   probe_options.samples = options.flags.samples.value_or(probe_options.samples);
   probe_options.seed = options.flags.seed.value_or(probe_options.seed);
+  if (options.shared) probe_options.ranks = options.shared->ranks;
   ProgressBar bar(job.console, "gathering");
   probe_options.progress = [&](double fraction) { return bar(fraction); };
   const ProbeResult result =
       probe(visibility, solved.patch_radiosity, solved.vertex_radiosity, sensors, probe_options);
   job.report.seconds.solve = job.stage.lap();
 
+  if (!speaks) return result.completed ? kDone : kNotConverged;
   // Half a list would look like a whole one: nothing of it is written.
   Outputs outputs(job);
   job.report.converged = result.completed;

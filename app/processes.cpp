@@ -27,10 +27,10 @@ void Processes::share(Options& options) {
   if (!run_ && !options.petsc) return;
   if (!run_) run_ = std::make_unique<MpiRun>();
   MpiRun& mpi_run = *run_;
-  if (options.command != "solve") {
+  if (options.command != "solve" && options.command != "probe") {
     if (mpi_run.ranks()->count() > 1)
-      throw UsageError(fmt::format("radiosity {} runs in one process; several can share radiosity solve",
-                                   options.command));
+      throw UsageError(fmt::format(
+          "radiosity {} runs in one process; several can share radiosity solve and probe", options.command));
     return;
   }
   SharedRun& shared = options.shared.emplace();

@@ -50,9 +50,11 @@ class Steps {
 int run_solve(const Options& options) {
   Job job(options);
   const bool speaks = !options.shared || options.shared->ranks->rank() == 0;
-  if (options.shared && !options.form_factor_file.empty())
-    throw UsageError("--form-factors: one process reads them; several compute their own");
-  if (speaks) check_outputs(options, ".vtp");
+  const bool in_pieces = options.output.extension() == ".pvtp";
+  if (speaks)
+    check_outputs(options, in_pieces                              ? ".pvtp"
+                           : options.output.extension() == ".vtp" ? ".vtp"
+                                                                  : ".vtp or .pvtp");
   const LoadedScene loaded =
       options.shared ? read_stage_shared(job, options.scene) : read_stage(job, options.scene);
   SceneSettings settings = override_settings(loaded.settings, options.flags);
@@ -94,17 +96,19 @@ int run_solve(const Options& options) {
   const bool reached = !solved.accuracy || solved.accuracy->reached;
   const int status = solved.converged() && reached ? kDone : kNotConverged;
   if (options.shared) note_ranks(job, solved);
-  if (!speaks) return status;
+  if (!speaks && !in_pieces) return status;
 
   Outputs outputs(job);
+  const Ranks* const ranks = options.shared && in_pieces ? options.shared->ranks.get() : nullptr;
   for (std::size_t k = 0; k <= loaded.setups.size(); ++k) {
     const PatchMesh mesh = solved.mesh_of_setup(static_cast<Index>(k));
     const Solution solution = solved.solution_of_setup(static_cast<Index>(k));
     const double exposure = automatic_exposure(mesh, solution.radiosity);
     std::filesystem::path file = options.output;
     if (k > 0)
-      file.replace_filename(fmt::format("{}-{}.vtp", file.stem().string(), loaded.setups[k - 1].name));
-    if (k == 0 && wants_series) {
+      file.replace_filename(
+          fmt::format("{}-{}{}", file.stem().string(), loaded.setups[k - 1].name, file.extension().string()));
+    if (k == 0 && wants_series && speaks) {
       // The steps of a series that was there before stay with it.
       const std::filesystem::path folder = std::filesystem::path(options.series_file).replace_extension();
       const bool made = !std::filesystem::exists(options.series_file) && !std::filesystem::exists(folder);
@@ -114,15 +118,21 @@ int run_solve(const Options& options) {
       steps.write(options.series_file, mesh, exposure);
     }
     const SolvedScene::Told told = solved.told_of_setup(static_cast<Index>(k));
-    outputs.will_write(file);
+    if (speaks) outputs.will_write(file);
+    if (in_pieces)
+      outputs.will_write(piece_of(file, ranks ? ranks->rank() : 0, ranks ? ranks->count() : 1), false);
     write_solution(file, told.mesh, told.solution,
                    {RADIOSITY_VERSION, options.command_line, solved.form_factors.method, solved.solver,
                     solved.converged()},
-                   exposure, told.error ? &*told.error : nullptr, told.patch);
-    if (k == 0 && !options.paraview_file.empty()) {
+                   exposure, told.error ? &*told.error : nullptr, told.patch, ranks);
+    if (k == 0 && !options.paraview_file.empty() && speaks) {
       outputs.will_write(options.paraview_file);
       write_paraview_script(options.paraview_file, file, settings.camera.value_or(automatic_camera(mesh)));
     }
+  }
+  if (!speaks) {
+    outputs.keep();
+    return status;
   }
   outputs.finish();
   const bool wants_elements = settings.elements && !std::holds_alternative<NoElements>(*settings.elements);

@@ -428,7 +428,9 @@ SolvedScene solve_stage(Job& job, const LoadedScene& loaded, const SceneSettings
   options.step = step;
   const std::filesystem::path& file = job.options.form_factor_file;
   if (!file.empty())
-    options.form_factors = [&](const PatchMesh& mesh) { return read_form_factors(file, mesh); };
+    options.form_factors = [&file, ranks = options.ranks](const PatchMesh& mesh) {
+      return read_form_factors(file, mesh, ranks.get());
+    };
   if (checkpoints != nullptr) checkpoints->connect(options);
   SolvedScene solved = solve_scene(loaded.scene, settings, options, loaded.setups);
   telling.finish(solved);
@@ -442,10 +444,10 @@ Outputs::~Outputs() {
     for (const auto& file : made_) std::filesystem::remove_all(file, ignored);
 }
 
-void Outputs::will_write(const std::filesystem::path& file) {
+void Outputs::will_write(const std::filesystem::path& file, bool tell) {
   std::error_code unknown;  // then it is not ours to remove
   if (!std::filesystem::exists(file, unknown) && !unknown) made_.push_back(file);
-  files_.push_back(file);
+  if (tell) files_.push_back(file);
 }
 
 void Outputs::finish() {

@@ -89,10 +89,12 @@ class Outputs {
   Outputs(const Outputs&) = delete;
   Outputs& operator=(const Outputs&) = delete;
 
-  /// To be called before the file (or the folder, with what is in it) is written.
-  void will_write(const std::filesystem::path& file);
+  /// To be called before the file (or the folder, with what is in it) is written; `tell`: the last lines name it.
+  void will_write(const std::filesystem::path& file, bool tell = true);
   /// Takes the times, writes the report where one is wanted, prints the last lines, and keeps the files.
   void finish();
+  /// The last alone: of a rank that does not speak.
+  void keep() { keep_ = true; }
 
  private:
   Job& job_;

@@ -56,7 +56,8 @@ std::vector<Light> unfolded(std::vector<Light> lights, const Symmetry& symmetry)
 /// A .vtp without radiosity arrays is a mesh like any other.
 std::optional<Shown> read_solved(Job& job, std::span<const Light> lights) {
   const std::filesystem::path& file = job.options.scene;
-  if (file.extension() != ".vtp" || !std::filesystem::is_regular_file(file)) return {};
+  const bool in_pieces = file.extension() == ".pvtp";
+  if ((file.extension() != ".vtp" && !in_pieces) || !std::filesystem::is_regular_file(file)) return {};
   job.stage.lap();
   try {
     SolvedMesh solved = read_solution(file);
@@ -67,6 +68,7 @@ std::optional<Shown> read_solved(Job& job, std::span<const Light> lights) {
     return Shown{
         view_scene(std::move(solved.mesh), std::move(solved.vertex_radiosity), lights), exposure, {}};
   } catch (const IoError&) {
+    if (in_pieces) throw;
     return {};
   }
 }

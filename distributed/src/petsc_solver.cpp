@@ -13,14 +13,10 @@
 
 #include "radiosity/formfactors/form_factor_operator.hpp"
 #include "radiosity/meshing/error.hpp"
+#include "radiosity/meshing/tolerances.hpp"
 
 namespace radiosity {
 namespace {
-
-// Patches that reflect less than this count as black, as in our own solver.
-constexpr double kBlack = 1e-200;
-// What is taken from r step by step drifts away from the residual of B; after so many it is computed again before it is believed.
-constexpr PetscInt kStepsWithoutDrift = 50;
 
 void check(PetscErrorCode code) {
   if (code == 0) return;
@@ -57,7 +53,7 @@ class DeflatedSystem {
     for (Index i = 0; i < f.rows(); ++i)
       if (f.ranks().owns(i)) own_.push_back(i);
     const BandArray area = system.areas().replicate(1, system.bands());
-    reflects_ = (rho_ > kBlack).cast<double>();
+    reflects_ = (rho_ > tolerance::kBlack).cast<double>();
     weight_ = divide_or_zero(area, reflects_ * rho_);
     loss_ = system.absorptance() + rho_.colwise() * system.escaped();
     if ((reflects_ == 0).any()) {
@@ -225,7 +221,7 @@ class PetscConjugateGradient final : public Solver {
         c.share = c.system.share_of(r);
         check(VecDestroy(&r));
       }
-      if (c.steps + iteration > kStepsWithoutDrift && c.share <= c.options.tolerance) {
+      if (c.steps + iteration > tolerance::kStepsWithoutDrift && c.share <= c.options.tolerance) {
         *reason = KSP_CONVERGED_RTOL;  // to be computed again
         return;
       }

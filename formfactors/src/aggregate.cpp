@@ -15,57 +15,24 @@
 namespace radiosity {
 namespace {
 
-// Unites the columns of rows: row(i, use) calls use(j, value) of each entry of row i, whose sums over unions are taken times weight[i].
-template <class RowOf>
-RowList condensed(Index n, const Coarsening& coarsening, const Eigen::ArrayXd& weight, const RowOf& row) {
-  RowList out(n);
-  tbb::enumerable_thread_specific<std::vector<double>> all_sums(
-      std::vector<double>(static_cast<std::size_t>(coarsening.count), 0.0));
-  for_each_row(n, [&](Index i) {
-    std::vector<double>& sums = all_sums.local();
-    std::vector<Index> met;
-    row(i, [&](Index j, float value) {
-      if (value == 0) return;
-      double& sum = sums[coarsening.parent[j]];
-      if (sum == 0) met.push_back(coarsening.parent[j]);
-      sum += static_cast<double>(value);
-    });
-    std::ranges::sort(met);
-    out[i].reserve(met.size());
-    for (const Index j : met) out[i].push_back({j, rounded_down(weight[i] * std::exchange(sums[j], 0))});
-  });
-  return out;
-}
-
-// Columns are united where their rows are, then rows as columns of the transpose, so that nobody needs more than its own rows.
-FormFactorMatrix aggregate_on_ranks(const FormFactorMatrix& f, const Eigen::ArrayXd& areas,
-                                    const Coarsening& coarsening, const Ranks& ranks) {
-  const Index n = f.size(), count = coarsening.count;
-  RowList exchanged =
-      condensed(n, coarsening, areas, [&](Index i, const auto& use) { for_each_entry(f.row(i), use); });
-  exchanged = transpose(exchanged, &ranks);
-  exchanged = condensed(n, coarsening, Eigen::ArrayXd::Ones(n), [&](Index j, const auto& use) {
-    for (const Entry& e : exchanged[j]) use(e.column, e.value);
-  });
-  exchanged = transpose(exchanged, &ranks);
-  exchanged.resize(static_cast<std::size_t>(count));
-
-  Eigen::ArrayXd area = Eigen::ArrayXd::Zero(count), escaped = area, diagonal(count);
-  for (Index i = 0; i < n; ++i) {
-    area[coarsening.parent[i]] += areas[i];
-    escaped[coarsening.parent[i]] += areas[i] * f.escaped()[i];
+// Per thread: sums over unions, all 0 in between, and those that are not.
+struct Sums {
+  explicit Sums(std::size_t count) : of(count, 0.0) {}
+  void add(Index column, double value) {
+    if (value == 0) return;
+    if (of[column] == 0) met.push_back(column);
+    of[column] += value;
   }
-  escaped /= area;
-  for (Index g = 0; g < count; ++g) {
-    for (Entry& e : exchanged[g]) e.value = rounded_down(static_cast<double>(e.value) / area[g]);
-    diagonal[g] = 1 - escaped[g] - sum(exchanged[g]);
+  // use(J, sum), ascending where that is asked for.
+  template <class Use>
+  void empty(bool sorted, const Use& use) {
+    if (sorted) std::ranges::sort(met);
+    for (const Index j : met) use(j, std::exchange(of[j], 0));
+    met.clear();
   }
-  ranks.gather(diagonal);
-  FormFactorMatrix::Rows out = store(exchanged, &ranks);
-  out.diagonal.assign(diagonal.begin(), diagonal.end());
-  out.escaped.assign(escaped.begin(), escaped.end());
-  return FormFactorMatrix(std::move(out));
-}
+  std::vector<double> of;
+  std::vector<Index> met;
+};
 
 }  // namespace
 
@@ -77,48 +44,61 @@ FormFactorMatrix aggregate(const FormFactorMatrix& f, const Eigen::ArrayXd& area
     throw InputError(
         fmt::format("form factors of larger patches: F has {} rows, there are {} areas and {} parents", n,
                     areas.size(), coarsening.parent.size()));
-  if (ranks != nullptr) return aggregate_on_ranks(f, areas, coarsening, *ranks);
   std::vector<std::vector<Index>> members(count);
   for (std::size_t i = 0; i < n; ++i) members[coarsening.parent[i]].push_back(static_cast<Index>(i));
 
-  const Eigen::ArrayXd escaped_of = f.escaped();
+  // Σ_j∈J F_ij of each J that row i has factors to.
+  const auto condense = [&](Index i, Sums& sums, const auto& use) {
+    for_each_entry(f.row(i),
+                   [&](Index j, float f_ij) { sums.add(coarsening.parent[j], static_cast<double>(f_ij)); });
+    sums.empty(false, use);
+  };
+  // Of several ranks, whoever owns a union gets these of its members.
+  std::vector<std::vector<std::pair<Index, double>>> received(ranks != nullptr ? n : 0);
+  if (ranks != nullptr) {
+    Sums sums(count);
+    exchange_entries<double>(
+        *ranks, f.size(), [&](Index i) { return f.row(i).values.size(); },
+        [&](Index i, const auto& send) {
+          condense(i, sums, [&, owner = ranks->owner(coarsening.parent[i])](Index j, double sum) {
+            send(owner, j, sum);
+          });
+        },
+        [&](Index i, Index j, double sum) { received[i].emplace_back(j, sum); });
+  }
+
+  const Eigen::ArrayXd escaped_of = f.escaped(), diagonal_of = f.diagonal();
   RowList rows(count);
-  std::vector<double> diagonals(count), escapes(count);
-  constexpr Index kBlock = 16;
-  for_each_block(coarsening.count, kBlock, [&](Index first, Index last) {
-    std::vector<double> sums(count, 0.0);
-    std::vector<Index> met;
-    for (Index group = first; group < last; ++group) {
-      const auto g = static_cast<std::size_t>(group);
+  Eigen::ArrayXd diagonals(coarsening.count), escapes(coarsening.count);
+  tbb::enumerable_thread_specific<std::pair<Sums, Sums>> all_sums(Sums{count}, Sums{count});
+  for_each_block(coarsening.count, Ranks::kBlock, [&](Index first, Index last) {
+    auto& [of_row, sums] = all_sums.local();
+    for (Index g = first; g < last; ++g) {
       double area = 0, diagonal = 0, escaped = 0;
       for (const Index i : members[g]) {
         area += areas[i];
-        const FormFactorRow row = f.row(i);
-        for_each_entry(row, [&](Index j, float f_ij) {
-          if (f_ij == 0) return;
-          const Index column = coarsening.parent[j];
-          double& sum = sums[column];
-          if (sum == 0) met.push_back(column);
-          sum += areas[i] * static_cast<double>(f_ij);
-        });
-        diagonal += areas[i] * row.diagonal;
+        diagonal += areas[i] * diagonal_of[i];
         escaped += areas[i] * escaped_of[i];
+        const auto add = [&, &sums = sums](Index j, double sum) { sums.add(j, areas[i] * sum); };
+        if (ranks == nullptr)
+          condense(i, of_row, add);
+        else
+          for (const auto& [j, sum] : received[i]) add(j, sum);
       }
-      std::sort(met.begin(), met.end());
       diagonals[g] = diagonal / area;
-      for (const Index j : met) {
-        const double exact = std::exchange(sums[j], 0) / area;
+      sums.empty(true, [&](Index j, double sum) {
+        const double exact = sum / area;
         rows[g].push_back({j, rounded_down(exact)});
         diagonals[g] += exact - static_cast<double>(rows[g].back().value);
-      }
-      met.clear();
+      });
       escapes[g] = escaped / area;
     }
   });
+  gather(ranks, diagonals);
 
-  FormFactorMatrix::Rows out = store(rows, nullptr);
-  out.diagonal = std::move(diagonals);
-  out.escaped = std::move(escapes);
+  FormFactorMatrix::Rows out = store(rows, ranks);
+  out.diagonal.assign(diagonals.begin(), diagonals.end());
+  out.escaped.assign(escapes.begin(), escapes.end());
   return FormFactorMatrix(std::move(out));
 }
 

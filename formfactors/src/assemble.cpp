@@ -71,7 +71,9 @@ RowTargets row_targets(const FormFactorMethod& method, const Visibility& visibil
                        const ComputedRows& computed, const ReplacedRows& replaced, bool close,
                        const Ranks* ranks) {
   const Eigen::ArrayXd& areas = visibility.mesh().cluster_areas();
-  RowTargets out{computed.packed ? computed.packed->measured.sums : row_sums(computed.rows, ranks)};
+  RowTargets out{computed.packed ? computed.packed->measured.sums
+                 : computed.sums ? *computed.sums
+                                 : row_sums(computed.rows, ranks)};
   Eigen::ArrayXd& target = out.sums;
   const Eigen::ArrayXd whole = (target > 0).cast<double>();
   if (method.exact() && computed.completed) {  // such rows tell themselves whether anything is missing
@@ -168,6 +170,7 @@ AssembledFormFactors assemble(const FormFactorMethod& method, const Visibility& 
   } else {
     packed = computed.packed ? std::move(*computed.packed) : pack(rows, areas, ranks);
     if (computed.packed) shrink(packed.rows);
+    if (computed.sums) packed.measured.sums = *computed.sums;
     report.before = report.after = quality_of(packed.measured, target, areas);
   }
 

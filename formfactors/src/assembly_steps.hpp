@@ -40,6 +40,8 @@ struct PackedRows {
 struct ComputedRows {
   RowList rows;
   std::optional<PackedRows> packed;  ///< in place of `rows`, dense, where nothing is left to be done to them
+  /// Of exact `rows` that one process would have had dense, with the bits that they had there.
+  std::optional<Eigen::ArrayXd> sums = {};
   std::optional<Eigen::ArrayXd> escaped;  ///< as the method saw it; absent where it cannot tell
   bool completed = true;                  ///< false: `progress` asked to stop, rows not reached are empty
   std::uint64_t rays = 0;

@@ -2,9 +2,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <cmath>
+#include <vector>
 
 #include "assembly_steps.hpp"
 #include "radiosity/formfactors/threads.hpp"
@@ -94,7 +94,7 @@ ComputedRows compute_rows(const FormFactorMethod& method, const Eigen::ArrayXd& 
                           const AssemblyOptions& options) {
   const auto n = static_cast<Index>(areas.size());
   const bool upper = method.reciprocal();
-  ComputedRows out{RowList(n), {}, Eigen::ArrayXd::Zero(n)};
+  ComputedRows out{.rows = RowList(n), .packed = {}, .escaped = Eigen::ArrayXd::Zero(n)};
   const Ranks* const ranks = options.ranks.get();
   if (upper && method.exact() && ranks == nullptr) {
     FormFactorMatrix::Rows& dense = out.packed.emplace().rows;
@@ -152,11 +152,11 @@ ComputedRows compute_rows(const FormFactorMethod& method, const Eigen::ArrayXd& 
       ranks);
   count();
   if (ranks != nullptr) {
-    std::array counts = {out.rays,       out.pairs.behind,  out.pairs.hidden,
-                         out.pairs.free, out.pairs.partial, out.pairs.by_rays};
+    std::vector<std::uint64_t> counts = {out.rays};
+    for_each_count(out.pairs, [&](const char*, std::uint64_t own) { counts.push_back(own); });
     ranks->sum(counts);
     out.rays = counts[0];
-    out.pairs = {counts[1], counts[2], counts[3], counts[4], counts[5]};
+    for_each_count(out.pairs, [&, k = 0](const char*, std::uint64_t& all) mutable { all = counts[++k]; });
   }
   gather(ranks, *out.escaped);
   if (!on_all(ranks, told)) out.escaped.reset();
@@ -164,6 +164,11 @@ ComputedRows compute_rows(const FormFactorMethod& method, const Eigen::ArrayXd& 
     out.packed->measured = mirror_dense(out.packed->rows.values, areas);
   else if (upper)
     mirror(out.rows, areas, ranks);
+  if (upper && method.exact() && ranks != nullptr) {
+    out.sums.emplace(n);
+    for_each_row(n, [&](Index i) { (*out.sums)[i] = sum_as_dense(out.rows[i], n); });
+    gather(ranks, *out.sums);
+  }
   return out;
 }
 

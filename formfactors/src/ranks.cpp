@@ -52,4 +52,11 @@ std::uint64_t total(const Ranks* ranks, std::uint64_t own) {
   return own;
 }
 
+std::vector<double> of_all(const Ranks* ranks, double own) {
+  if (ranks == nullptr) return {own};
+  std::vector<double> all(static_cast<std::size_t>(ranks->count()));
+  ranks->all_gather({&own, 1}, std::vector<int>(all.size(), 1), all);
+  return all;
+}
+
 }  // namespace radiosity

@@ -7,7 +7,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <utility>
 
 #include "vector_clones.hpp"
@@ -42,18 +41,6 @@ RowList transpose(const RowList& rows, std::size_t columns) {
   return t;
 }
 
-namespace {
-
-struct Sent {
-  Index row, column;
-  float value;
-};
-
-// Entries that are on their way at a time, of each rank.
-constexpr std::size_t kSentAtOnce = 1 << 21;
-
-}  // namespace
-
 RowList transpose(const RowList& rows, const Ranks* ranks) {
   if (ranks == nullptr) return transpose(rows, rows.size());
   const std::size_t n = rows.size();
@@ -64,26 +51,16 @@ RowList transpose(const RowList& rows, const Ranks* ranks) {
   RowList t(n);
   for (std::size_t j = 0; j < n; ++j)
     if (ranks->owns(static_cast<Index>(j))) t[j].reserve(counts[j]);
-  const auto others = static_cast<std::size_t>(ranks->count());
-  const std::size_t stretch =
-      others * std::max<std::size_t>(Ranks::kBlock, kSentAtOnce / std::max<std::size_t>(n, 1));
-  for (std::size_t first = 0; first < n; first += stretch) {
-    std::vector<std::vector<std::byte>> to(others);
-    for (std::size_t i = first; i < std::min(n, first + stretch); ++i)
-      for (const Entry& e : rows[i]) {
-        const Sent sent{static_cast<Index>(i), e.column, e.value};
-        const auto bytes = std::as_bytes(std::span(&sent, 1));
-        auto& queue = to[static_cast<std::size_t>(ranks->owner(e.column))];
-        queue.insert(queue.end(), bytes.begin(), bytes.end());
-      }
-    const std::vector<std::byte> received = ranks->exchange(to);
-    for (std::size_t at = 0; at < received.size(); at += sizeof(Sent)) {
-      Sent sent;
-      std::memcpy(&sent, received.data() + at, sizeof sent);
-      t[sent.column].push_back({sent.row, sent.value});
-    }
-  }
-  for_each_row(static_cast<Index>(n), [&](Index j) { std::ranges::sort(t[j], {}, &Entry::column); });
+  std::vector<int> owner(n);
+  for (std::size_t j = 0; j < n; ++j) owner[j] = ranks->owner(static_cast<Index>(j));
+  exchange_entries<float>(
+      *ranks, static_cast<Index>(n), [&](Index i) { return rows[i].size(); },
+      [&](Index i, const auto& send) {
+        for (const Entry& e : rows[i]) send(owner[e.column], e.column, e.value);
+      },
+      [&](Index i, Index j, float value) {
+        t[j].push_back({i, value});
+      });
   return t;
 }
 
@@ -94,19 +71,39 @@ void release_freed([[maybe_unused]] std::size_t entries) {
 #endif
 }
 
-RADIOSITY_CLONES static double sum_of(const float* values, std::size_t count) {
-  std::array<double, 16> s{};
-  std::size_t k = 0;
-  for (; k + s.size() <= count; k += s.size())
-    for (std::size_t chain = 0; chain < s.size(); ++chain) s[chain] += static_cast<double>(values[k + chain]);
-  for (; k < count; ++k) s[0] += static_cast<double>(values[k]);
+namespace {
+
+// Chains of sums.
+using Chains = std::array<double, 16>;
+
+double united(Chains s) {
   for (std::size_t half = s.size() / 2; half > 0; half /= 2)
     for (std::size_t chain = 0; chain < half; ++chain) s[chain] += s[chain + half];
   return s[0];
 }
 
+RADIOSITY_CLONES double sum_of(const float* values, std::size_t count) {
+  Chains s{};
+  std::size_t k = 0;
+  for (; k + s.size() <= count; k += s.size())
+    for (std::size_t chain = 0; chain < s.size(); ++chain) s[chain] += static_cast<double>(values[k + chain]);
+  for (; k < count; ++k) s[0] += static_cast<double>(values[k]);
+  return united(s);
+}
+
+}  // namespace
+
 double sum(std::span<const float> row) {
   return sum_of(row.data(), row.size());
+}
+
+double sum_as_dense(const Row& row, Index n) {
+  Chains s{};
+  constexpr auto kChains = static_cast<Index>(std::tuple_size_v<Chains>);
+  const Index whole = n / kChains * kChains;
+  for (const Entry& e : row)
+    s[static_cast<std::size_t>(e.column < whole ? e.column % kChains : 0)] += static_cast<double>(e.value);
+  return united(s);
 }
 
 Eigen::ArrayXd row_sums(const RowList& rows, const Ranks* ranks) {

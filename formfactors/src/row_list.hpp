@@ -7,6 +7,8 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
+#include <cstddef>
+#include <cstring>
 #include <limits>
 #include <span>
 #include <vector>
@@ -30,6 +32,58 @@ std::size_t count_entries(const RowList& rows);
 RowList transpose(const RowList& rows, std::size_t columns);
 /// Of a square M that several ranks hold, each some of its rows, the rows of Mᵀ that this one owns; the others are empty.
 RowList transpose(const RowList& rows, const Ranks* ranks);
+
+/// Rows [0, n) of which each is on one of several ranks, whichever, sent entry by entry. entries(i, send) calls send(rank, column, value) of
+/// row i, at most `most(i)` times; take(i, column, value) gets what was sent to this rank, rows ascending, and the entries of one in the
+/// order in which they were sent. A quarter of a million entries are on their way at a time, of each rank.
+template <class Value, class Most, class Entries, class Take>
+void exchange_entries(const Ranks& ranks, Index n, const Most& most, const Entries& entries,
+                      const Take& take) {
+  struct Sent {
+    Index row, column;
+    Value value;
+  };
+  constexpr std::size_t kAtOnce = 1 << 18;
+  const auto count = static_cast<std::size_t>(ranks.count());
+  for (Index first = 0; first < n;) {
+    Index last = first;  // what the fullest of them sends at once
+    for (std::size_t sent = 0; last < n; ++last) {
+      sent += most(last);
+      if (sent > kAtOnce && last > first) break;
+    }
+    last = static_cast<Index>(std::ranges::min(of_all(&ranks, last)));
+    std::vector<std::vector<std::byte>> to(count);
+    std::vector<Sent> own;
+    for (Index i = first; i < last; ++i)
+      entries(i, [&](int rank, Index column, Value value) {
+        const Sent sent{i, column, value};
+        if (rank == ranks.rank()) {
+          own.push_back(sent);
+          return;
+        }
+        const auto bytes = std::as_bytes(std::span(&sent, 1));
+        auto& queue = to[static_cast<std::size_t>(rank)];
+        queue.insert(queue.end(), bytes.begin(), bytes.end());
+      });
+    const std::vector<std::byte> bytes = ranks.exchange(to);
+    std::vector<Sent> received(bytes.size() / sizeof(Sent));
+    if (!received.empty()) std::memcpy(received.data(), bytes.data(), bytes.size());
+    // Of each rank one after the other, its rows ascending: merged.
+    std::vector<std::span<const Sent>> runs{own};
+    for (auto at = received.begin(); at != received.end();) {
+      const auto end =
+          std::adjacent_find(at, received.end(), [](const Sent& a, const Sent& b) { return a.row > b.row; });
+      const auto next = end == received.end() ? end : end + 1;
+      runs.emplace_back(at, next);
+      at = next;
+    }
+    for (Index i = first; i < last; ++i)
+      for (std::span<const Sent>& run : runs)
+        for (; !run.empty() && run.front().row == i; run = run.subspan(1))
+          take(i, run.front().column, run.front().value);
+    first = last;
+  }
+}
 
 /// Gives back to the system what rows of so many entries were freed of, where that is much: pages between others that are still in use
 /// stay with the process otherwise.
@@ -74,8 +128,10 @@ inline double sum(const Row& row) {
   return sum(row, [](const Entry& e) { return static_cast<double>(e.value); });
 }
 
-/// The same of a dense row.
+/// The same of a dense row, in sixteen.
 double sum(std::span<const float> row);
+/// What the sum of a dense row of n values is, to the bit.
+double sum_as_dense(const Row& row, Index n);
 
 Eigen::ArrayXd row_sums(const RowList& rows, const Ranks* ranks);
 

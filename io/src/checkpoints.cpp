@@ -162,9 +162,7 @@ PartialRows Checkpoints::read_rows(const fs::path& file) const {
 void Checkpoints::resume() {
   std::error_code none;
   const std::vector<fs::path> files = rows_files();
-  if (files.size() == 1 && ranks_ == nullptr) {
-    rows_ = std::make_shared<const PartialRows>(read_rows(files[0]));
-  } else if (!files.empty()) {
+  if (!files.empty()) {
     auto own = std::make_shared<PartialRows>();
     own->start = {0};
     std::set<Index> taken;  // whoever owns them

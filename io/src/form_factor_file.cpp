@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <functional>
+#include <optional>
 #include <sstream>
 #include <type_traits>
 #include <vector>
@@ -52,6 +54,76 @@ FormFactorFileFacts facts_of(const Attributes& attributes) {
            .seed = attributes.number<std::uint64_t>("seed"),
            .tolerance = attributes.number<double>("factor_tolerance")},
           attributes.number<std::int32_t>("patches")};
+}
+
+// Appends values [first, first + count) of a data set as one row after the other.
+template <class T>
+void append(std::vector<T>& values, const H5::DataSet& data, std::size_t first, std::size_t count) {
+  if (count == 0) return;
+  const H5::DataSpace all = data.getSpace();
+  std::vector<hsize_t> shape(static_cast<std::size_t>(all.getSimpleExtentNdims()));
+  all.getSimpleExtentDims(shape.data());
+  std::vector<hsize_t> from{first}, size{count};
+  if (shape.size() == 2) {  // whole rows
+    from = {first / shape[1], 0};
+    size = {count / shape[1], shape[1]};
+  }
+  all.selectHyperslab(H5S_SELECT_SET, size.data(), from.data());
+  const std::size_t before = values.size();
+  values.resize(before + count);
+  const hsize_t here = count;
+  data.read(values.data() + before, type_of<T>(), H5::DataSpace(1, &here), all);
+}
+
+// Those that this rank owns of the rows of n patches, which are whole in the file.
+FormFactorMatrix::Rows read_own_rows(const fs::path& file, const H5::H5File& in, Index n,
+                                     const Ranks& ranks) {
+  FormFactorMatrix::Rows out;
+  out.n = n;
+  const auto count = static_cast<std::size_t>(n);
+  const H5::DataSet values = in.openDataSet("values");
+  const auto stored = static_cast<std::size_t>(values.getSpace().getSimpleExtentNpoints());
+  std::vector<std::size_t> start;
+  std::optional<H5::DataSet> columns;
+  if (in.nameExists("start")) {
+    start = read_array<std::size_t>(in, "start");
+    columns = in.openDataSet("columns");
+    if (start.size() != count + 1 || start.front() != 0 || start.back() != stored ||
+        !std::ranges::is_sorted(start) ||
+        static_cast<std::size_t>(columns->getSpace().getSimpleExtentNpoints()) != stored)
+      throw InputError(
+          fmt::format("{}: form factor matrix: {} row starts do not divide {} values into {} rows",
+                      file.string(), start.size(), stored, n));
+  } else if (stored != count * count) {
+    throw InputError(
+        fmt::format("{}: form factor matrix: {} values do not make {} rows", file.string(), stored, n));
+  }
+  const auto place = [&](Index row) {
+    const auto i = static_cast<std::size_t>(row);
+    return columns ? start[i] : i * count;
+  };
+  std::size_t entries = 0;
+  for (Index i = 0; i < n; ++i)
+    if (ranks.owns(i)) entries += place(i + 1) - place(i);
+  out.values.reserve(entries);
+  if (columns) {
+    out.columns.reserve(entries);
+    out.start.assign(1, 0);
+  }
+  Index own = 0;
+  for (Index first = 0; first < n; first += Ranks::kBlock) {
+    const Index last = std::min(n, first + Ranks::kBlock);
+    const bool mine = ranks.owns(first);
+    if (mine) {
+      append(out.values, values, place(first), place(last) - place(first));
+      if (columns) append(out.columns, *columns, place(first), place(last) - place(first));
+    }
+    for (Index i = first; i < last; ++i) {
+      out.place.push_back(mine ? own++ : -1);
+      if (columns) out.start.push_back(out.start.back() + (mine ? place(i + 1) - place(i) : 0));
+    }
+  }
+  return out;
 }
 
 }  // namespace
@@ -115,7 +187,7 @@ FormFactorFileFacts read_form_factor_facts(const fs::path& file) {
                    [](H5::H5File&, const Attributes& attributes) { return facts_of(attributes); });
 }
 
-AssembledFormFactors read_form_factors(const fs::path& file, const PatchMesh& mesh) {
+AssembledFormFactors read_form_factors(const fs::path& file, const PatchMesh& mesh, const Ranks* ranks) {
   AssemblyReport report;
   FormFactorMatrix::Rows rows =
       read_hdf5(file, kRowsFormat, kRowsHold, [&](H5::H5File& in, const Attributes& attributes) {
@@ -142,12 +214,16 @@ AssembledFormFactors read_form_factors(const fs::path& file, const PatchMesh& me
               report.unreliable.emplace_back(clusters[k], shares[k]);
         }
         FormFactorMatrix::Rows out;
-        out.n = patches;
-        if (in.nameExists("start")) {
-          out.start = read_array<std::size_t>(in, "start");
-          out.columns = read_array<Index>(in, "columns");
+        if (ranks != nullptr) {
+          out = read_own_rows(file, in, patches, *ranks);
+        } else {
+          out.n = patches;
+          if (in.nameExists("start")) {
+            out.start = read_array<std::size_t>(in, "start");
+            out.columns = read_array<Index>(in, "columns");
+          }
+          out.values = read_array<float>(in, "values");
         }
-        out.values = read_array<float>(in, "values");
         if (in.nameExists("diagonal")) out.diagonal = read_array<double>(in, "diagonal");
         out.escaped = read_array<double>(in, "escaped");
         return out;

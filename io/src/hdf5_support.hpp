@@ -44,16 +44,6 @@ std::vector<T> read_array(const H5::H5File& in, const char* name) {
   return values;
 }
 
-/// The counts by the names of their attributes: visit(name, number).
-template <class Counts, class Visit>
-void for_each_count(Counts& pairs, Visit&& visit) {
-  visit("pairs_behind", pairs.behind);
-  visit("pairs_hidden", pairs.hidden);
-  visit("pairs_free", pairs.free);
-  visit("pairs_partial", pairs.partial);
-  visit("pairs_by_rays", pairs.by_rays);
-}
-
 /// Attributes of the file.
 class Attributes {
  public:

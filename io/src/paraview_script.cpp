@@ -34,7 +34,7 @@ from paraview.simple import *
 
 solution = {solution}
 
-reader = XMLPolyDataReader(FileName=[solution])
+reader = {reader}(FileName=[solution])
 view = GetActiveViewOrCreate("RenderView")
 display = Show(reader, view)
 
@@ -65,6 +65,8 @@ void write_paraview_script(const std::filesystem::path& script, const std::files
                            const Camera& camera) {
   write_file(script,
              fmt::format(fmt::runtime(kScript), fmt::arg("solution", path_literal(solution)),
+                         fmt::arg("reader", solution.extension() == ".pvtp" ? "XMLPartitionedPolydataReader"
+                                                                            : "XMLPolyDataReader"),
                          fmt::arg("position", list(camera.position)), fmt::arg("target", list(camera.target)),
                          fmt::arg("up", list(camera.up)), fmt::arg("angle", camera.vertical_fov_deg)));
 }

@@ -22,8 +22,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
+#include <cstdint>
 #include <limits>
+#include <numeric>
+#include <system_error>
 
 #include "child_process.hpp"
 #include "mesh_file.hpp"
@@ -31,6 +33,7 @@
 #include "radiosity/io/output.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/rendering/tone_map.hpp"
+#include "solution_pieces.hpp"
 #include "vtk_support.hpp"
 
 namespace radiosity {
@@ -46,12 +49,13 @@ void name_bands(vtkDataArray& array) {
   for (int k = 0; const char* band : {"red", "green", "blue"}) array.SetComponentName(k++, band);
 }
 
-void add_doubles(vtkFieldData* data, const char* name, const BandArray& values, const char* units = nullptr) {
+void add_doubles(vtkFieldData* data, const char* name, const Eigen::Ref<const BandArray>& values,
+                 const char* units = nullptr) {
   vtkNew<vtkDoubleArray> array;
   array->SetName(name);
   array->SetNumberOfComponents(static_cast<int>(values.cols()));
   array->SetNumberOfTuples(values.rows());
-  std::copy_n(values.data(), values.size(), array->GetPointer(0));
+  Eigen::Map<BandArray>(array->GetPointer(0), values.rows(), values.cols()) = values;
   name_bands(*array);
   if (units != nullptr) array->GetInformation()->Set(vtkDataArray::UNITS_LABEL(), units);
   data->AddArray(array);
@@ -85,22 +89,50 @@ void add_display_rgb(vtkPolyData& data, const BandArray& vertex_radiosity, doubl
   data.GetPointData()->AddArray(array);
 }
 
-vtkSmartPointer<vtkPolyData> geometry(const PatchMesh& mesh) {
+// Cells that are written, and the numbers of the vertices that they have.
+struct Part {
+  Index first, last;
+  std::vector<Index> vertices;
+};
+
+Part all_of(const PatchMesh& mesh) {
+  Part all{0, mesh.patch_count(), std::vector<Index>(static_cast<std::size_t>(mesh.vertex_count()))};
+  std::iota(all.vertices.begin(), all.vertices.end(), 0);
+  return all;
+}
+
+Part piece(const PatchMesh& mesh, int number, int count) {
+  const auto bound = [&](std::int64_t k) { return static_cast<Index>(k * mesh.patch_count() / count); };
+  Part out{bound(number), bound(number + 1), {}};
+  std::vector<std::uint8_t> has(static_cast<std::size_t>(mesh.vertex_count()), 0);
+  for (Index i = out.first; i < out.last; ++i)
+    for (const Index v : mesh.corners(i)) has[v] = 1;
+  for (Index v = 0; v < mesh.vertex_count(); ++v)
+    if (has[v] != 0) out.vertices.push_back(v);
+  return out;
+}
+
+vtkSmartPointer<vtkPolyData> geometry(const PatchMesh& mesh, const Part& part) {
   vtkNew<vtkPoints> points;
   points->SetDataTypeToDouble();
-  points->SetNumberOfPoints(mesh.vertex_count());
-  for (Index v = 0; v < mesh.vertex_count(); ++v) points->SetPoint(v, mesh.vertex(v).data());
+  points->SetNumberOfPoints(static_cast<vtkIdType>(part.vertices.size()));
+  std::vector<vtkIdType> place(static_cast<std::size_t>(mesh.vertex_count()));
+  for (vtkIdType k = 0; const Index v : part.vertices) {
+    points->SetPoint(k, mesh.vertex(v).data());
+    place[v] = k++;
+  }
   vtkNew<vtkCellArray> polygons;
-  for (Index i = 0; i < mesh.patch_count(); ++i) {
+  for (Index i = part.first; i < part.last; ++i) {
     polygons->InsertNextCell(static_cast<int>(mesh.corners(i).size()));
-    for (const Index v : mesh.corners(i)) polygons->InsertCellPoint(v);
+    for (const Index v : mesh.corners(i)) polygons->InsertCellPoint(place[v]);
   }
   auto data = vtkSmartPointer<vtkPolyData>::New();
   data->SetPoints(points);
   data->SetPolys(polygons);
-  add_integers(data->GetCellData(), "surface", mesh.patch_count(), [&](Index i) { return mesh.surface(i); });
-  add_integers(data->GetCellData(), "material", mesh.patch_count(),
-               [&](Index i) { return mesh.material(i); });
+  const Index count = part.last - part.first;
+  add_integers(data->GetCellData(), "surface", count, [&](Index i) { return mesh.surface(part.first + i); });
+  add_integers(data->GetCellData(), "material", count,
+               [&](Index i) { return mesh.material(part.first + i); });
   std::vector<std::string> names;
   for (const Material& material : mesh.materials()) names.push_back(material.name);
   add_strings(data->GetFieldData(), "material_names", names);
@@ -285,30 +317,33 @@ class SolutionReader {
 
 void write_solution(const fs::path& file, const PatchMesh& mesh, const Solution& solution,
                     const Provenance& provenance, double exposure, const BandArray* radiosity_error,
-                    std::span<const Index> patch) {
+                    std::span<const Index> patch, const Ranks* ranks) {
   require_shape(solution.radiosity, mesh.patch_count(), mesh.bands(), "radiosity");
   require_shape(solution.irradiance, mesh.patch_count(), mesh.bands(), "irradiance");
   require_shape(solution.vertex_radiosity, mesh.vertex_count(), mesh.bands(), "vertex radiosity");
-  const auto data = geometry(mesh);
+  if (radiosity_error != nullptr)
+    require_shape(*radiosity_error, mesh.patch_count(), mesh.bands(), "radiosity error");
+  if (!patch.empty() && patch.size() != static_cast<std::size_t>(mesh.patch_count()))
+    throw InputError(fmt::format("{} numbers of patches for {} elements", patch.size(), mesh.patch_count()));
+  const bool in_pieces = lower_case_extension(file) == ".pvtp";
+  const int number = ranks != nullptr ? ranks->rank() : 0, count = ranks != nullptr ? ranks->count() : 1;
+  const Part part = in_pieces ? piece(mesh, number, count) : all_of(mesh);
+  const auto own = [&](const auto& values) { return values.middleRows(part.first, part.last - part.first); };
+  const auto data = geometry(mesh, part);
   auto* const cells = data->GetCellData();
   add_specular(data->GetFieldData(), mesh);
-  add_doubles(cells, "radiosity", solution.radiosity, kRadiosityUnits);
-  add_doubles(cells, "irradiance", solution.irradiance, kRadiosityUnits);
-  add_doubles(cells, "emission", mesh.emission(), kRadiosityUnits);
-  add_doubles(cells, "reflectance", mesh.reflectance(), "1");
-  add_doubles(cells, "area", mesh.areas(), "m2");
-  if (radiosity_error != nullptr) {
-    require_shape(*radiosity_error, mesh.patch_count(), mesh.bands(), "radiosity error");
-    add_doubles(cells, "radiosity_error", *radiosity_error, kRadiosityUnits);
-  }
-  if (!patch.empty()) {
-    if (patch.size() != static_cast<std::size_t>(mesh.patch_count()))
-      throw InputError(
-          fmt::format("{} numbers of patches for {} elements", patch.size(), mesh.patch_count()));
-    add_integers(cells, "patch", mesh.patch_count(), [&](Index e) { return patch[e]; });
-  }
-  add_doubles(data->GetPointData(), "radiosity", solution.vertex_radiosity, kRadiosityUnits);
-  add_display_rgb(*data, solution.vertex_radiosity, exposure);
+  add_doubles(cells, "radiosity", own(solution.radiosity), kRadiosityUnits);
+  add_doubles(cells, "irradiance", own(solution.irradiance), kRadiosityUnits);
+  add_doubles(cells, "emission", own(mesh.emission()), kRadiosityUnits);
+  add_doubles(cells, "reflectance", own(mesh.reflectance()), "1");
+  add_doubles(cells, "area", own(mesh.areas()), "m2");
+  if (radiosity_error != nullptr)
+    add_doubles(cells, "radiosity_error", own(*radiosity_error), kRadiosityUnits);
+  if (!patch.empty())
+    add_integers(cells, "patch", part.last - part.first, [&](Index e) { return patch[part.first + e]; });
+  const BandArray at_points = solution.vertex_radiosity(part.vertices, Eigen::all);
+  add_doubles(data->GetPointData(), "radiosity", at_points, kRadiosityUnits);
+  add_display_rgb(*data, at_points, exposure);
   auto* const fields = data->GetFieldData();
   add_strings(fields, "version", {provenance.version});
   add_strings(fields, "command", {provenance.command});
@@ -324,15 +359,31 @@ void write_solution(const fs::path& file, const PatchMesh& mesh, const Solution&
     add_doubles(fields, "symmetry_period", symmetry.period.transpose(), "m");
     add_integers(fields, "symmetry_steps", 1, [&](Index) { return symmetry.steps; });
   }
-  write(file, *data);
+  if (!in_pieces) {
+    write(file, *data);
+    return;
+  }
+  add_integers(fields, kVertices, static_cast<Index>(part.vertices.size()),
+               [&](Index k) { return part.vertices[k]; });
+  // What names the pieces is there only while they belong together.
+  if (number == 0) {
+    std::error_code none;
+    fs::remove(file, none);
+  }
+  on_all(ranks, true);
+  write(piece_of(file, number, count), *data);
+  on_all(ranks, true);
+  if (number == 0) write_pieces(file, *data, count);
 }
 
 SolvedMesh read_solution(const fs::path& file, const std::string& array) {
   require_readable(file);
-  if (lower_case_extension(file) != ".vtp")
-    throw IoError(
-        fmt::format("{}: a solved scene has the extension .vtp; radiosity solve writes one", file.string()));
+  const std::string extension = lower_case_extension(file);
+  if (extension != ".vtp" && extension != ".pvtp")
+    throw IoError(fmt::format(
+        "{}: a solved scene has the extension .vtp or .pvtp; radiosity solve writes one", file.string()));
   const auto read = [&] {
+    if (extension == ".pvtp") return SolutionReader(file, *read_pieces(file)).read(array);
     vtkNew<vtkXMLPolyDataReader> reader;
     read_xml(*reader, file);
     return SolutionReader(file, *reader->GetOutput()).read(array);
@@ -360,7 +411,7 @@ void SolutionSeries::add(double time, const BandArray& patch_radiosity, double e
   if (error) throw IoError(fmt::format("{}: cannot be created: {}", folder.string(), error.message()));
   const std::string name = fmt::format("{}_{:04}.vtp", file_.stem().string(), steps_.size());
 
-  const auto data = geometry(mesh_);
+  const auto data = geometry(mesh_, all_of(mesh_));
   const BandArray at_vertices = vertex_values(mesh_, patch_radiosity);
   add_doubles(data->GetCellData(), "radiosity", patch_radiosity, kRadiosityUnits);
   add_doubles(data->GetPointData(), "radiosity", at_vertices, kRadiosityUnits);
@@ -386,13 +437,7 @@ void SolutionSeries::finish() {
     data_set->SetAttribute("file", step.c_str());
     collection->AddNestedElement(data_set);
   }
-  write_atomically(file_, [&](const fs::path& temporary) {
-    std::ofstream out(temporary);
-    out << "<?xml version=\"1.0\"?>\n";
-    root->PrintXML(out, vtkIndent());
-    out.close();
-    if (!out) throw IoError("the disk is full or the file cannot be opened");
-  });
+  write_xml(file_, *root);
 }
 
 }  // namespace radiosity

@@ -386,20 +386,21 @@ void add_elements(SolvedScene& solved, const SceneSettings& settings, const Scen
 
 }  // namespace
 
-SolvedScene solve_scene(const Scene& scene, const SceneSettings& settings, const SolveOptions& options,
+SolvedScene solve_scene(const Scene& scene, const SceneSettings& settings, const SolveOptions& given,
                         std::span<const LightingSetup> setups) {
+  SolveOptions options = given;
+  if (given.ranks)
+    options.memory_limit_bytes = static_cast<std::size_t>(std::ranges::min(
+        of_all(given.ranks.get(), static_cast<double>(memory_limit(given.memory_limit_bytes)))));
   Watch watch(options);
   const Scene decided = with_decided_sides(scene);
   const SceneToSolve task{decided, options, setups, watch};
   if (options.accuracy &&
       (options.form_factors || options.partial_rows || options.partial_shots || options.partial_elements))
     throw InputError("an accuracy chooses patches and form factors: those of an earlier run cannot be used");
-  if (options.accuracy && options.ranks)
-    throw InputError(
-        "an accuracy is reached in one process, not on several ranks: its rounds are planned by the clock");
-  const auto* const given = settings.elements ? std::get_if<ElementSize>(&*settings.elements) : nullptr;
-  if (given != nullptr && !(given->metres > 0))
-    throw InputError(fmt::format("elements: size {} m is not positive", given->metres));
+  const auto* const size = settings.elements ? std::get_if<ElementSize>(&*settings.elements) : nullptr;
+  if (size != nullptr && !(size->metres > 0))
+    throw InputError(fmt::format("elements: size {} m is not positive", size->metres));
   SolvedScene solved =
       options.accuracy ? solve_to_accuracy(task, settings) : solve_once(task, settings, "analytic");
   if (gathers_in_the_end(settings, solved.patches.mesh.clustered()) &&

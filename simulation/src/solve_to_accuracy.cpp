@@ -48,9 +48,12 @@ class Rounds {
 
   SolvedScene run() {
     pilots();
-    while (!reached() && report_.rounds.size() < kMostRounds && !task_.watch.stopped()) {
+    while (!reached() && report_.rounds.size() < kMostRounds && !stopped()) {
       const auto plan = plan_accuracy(report_.rounds, limits());
-      if (!plan) break;
+      if (!plan) {
+        limited_ = limited_ || plan_accuracy(report_.rounds, {.error = limits().error});
+        break;
+      }
       if (options_.round_planned) options_.round_planned(*plan);
       const std::size_t before = report_.rounds.size();
       SceneSettings next = settings_;
@@ -67,12 +70,11 @@ class Rounds {
     }
     report_.reached = reached();
     if (!report_.reached)
-      report_.why_not =
-          task_.watch.stopped()                  ? "the work was stopped or its time was up"
-          : best_->error && !best_->error->total ? "a part of the error is unknown"
-          : options_.seconds < std::numeric_limits<double>::infinity() || options_.memory_limit_bytes > 0
-              ? "time or memory do not allow more"
-              : "finer meshes and more samples did not bring the estimate down far enough";
+      report_.why_not = stopped()                              ? "the work was stopped or its time was up"
+                        : best_->error && !best_->error->total ? "a part of the error is unknown"
+                        : limited_
+                            ? "time or memory do not allow more"
+                            : "finer meshes and more samples did not bring the estimate down far enough";
     best_->accuracy = std::move(report_);
     return std::move(*best_);
   }
@@ -99,7 +101,7 @@ class Rounds {
       return;
     first.resolution.reset();
     for (const OtherPilot& other : kOtherPilots) {
-      if (task_.watch.stopped() || reached()) return;
+      if (stopped() || reached()) return;
       if (rays && other.method == "hemisphere") continue;
       const auto plan = plan_accuracy(report_.rounds, limits());
       if (plan && plan->seconds < other.least_s) return;
@@ -114,8 +116,7 @@ class Rounds {
       settings.patches = AutoPatches{target};
       const std::size_t before = report_.rounds.size();
       solve(settings);
-      if (task_.watch.stopped() || report_.rounds.size() == before || report_.rounds.back().error.patches)
-        return;
+      if (stopped() || report_.rounds.size() == before || report_.rounds.back().error.patches) return;
       target = std::max(target, report_.rounds.back().patches);
       if (target > kManyPatches) return;
       target *= 4;
@@ -135,7 +136,7 @@ class Rounds {
       round.reciprocal = facts.reciprocal;
       round.patch_size = solved.patches.patch_size;
       round.patches = solved.patches.mesh.cluster_count();
-      round.seconds = watch.elapsed();
+      round.seconds = of_all(ranks(), watch.elapsed()).front();
       round.error = *solved.error;
       if (options_.round_ended) options_.round_ended(round);
     }
@@ -144,10 +145,16 @@ class Rounds {
     if (better) best_.emplace(std::move(solved));
   } catch (const MemoryLimitError&) {
     if (!best_) throw;
+    limited_ = true;
   }
 
   // An error of which a part is not known is worse than any that is.
   static std::pair<bool, double> worth(const ErrorEstimate& error) { return {!error.total, error.known}; }
+
+  const Ranks* ranks() const { return options_.ranks.get(); }
+
+  // On any of the ranks.
+  bool stopped() const { return !on_all(ranks(), !task_.watch.stopped()); }
 
   bool reached() const {
     constexpr double kWithGather = 0.96;
@@ -164,8 +171,9 @@ class Rounds {
     AccuracyGoal goal;
     constexpr double kWithGather = 0.95;  // lower than what is reached, as the last step costs most
     goal.error = left_by_gather(kWithGather);
-    goal.seconds = task_.watch.left();
-    const auto most = static_cast<double>(memory_limit(options_.memory_limit_bytes));
+    goal.seconds = of_all(ranks(), task_.watch.left()).front();
+    const auto most = static_cast<double>(memory_limit(options_.memory_limit_bytes)) *
+                      (ranks() != nullptr ? ranks()->count() : 1);
     goal.bytes = std::max<std::size_t>(1, static_cast<std::size_t>(kMemoryInUse * most));
     return goal;
   }
@@ -176,6 +184,7 @@ class Rounds {
   const SceneSettings& settings_;
   AccuracyReport report_;
   std::optional<SolvedScene> best_;
+  bool limited_ = false;  // by time or memory
 };
 
 }  // namespace

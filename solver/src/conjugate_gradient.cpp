@@ -5,18 +5,11 @@
 #include <limits>
 #include <vector>
 
+#include "radiosity/meshing/tolerances.hpp"
 #include "solvers.hpp"
 
 namespace radiosity {
 namespace {
-
-// Patches that reflect less than this count as black. What they reflect is lost beside any rounding, and A/ρ would
-// overflow.
-constexpr double kBlack = 1e-200;
-
-// What is taken from r step by step drifts away from the residual of B by rounding, a little with each step. After so many it is
-// computed again before it is believed.
-constexpr int kStepsWithoutDrift = 50;
 
 // A residual that is smaller than the first one by this factor is nothing but rounding.
 constexpr double kRounding = 1e-14;
@@ -67,7 +60,7 @@ class ConjugateGradient final : public Solver {
                const Step& step) const override {
     const BandArray& rho = system.reflectance();
     const BandArray area = system.areas().replicate(1, system.bands());
-    const BandArray reflects = (rho > kBlack).cast<double>();
+    const BandArray reflects = (rho > tolerance::kBlack).cast<double>();
     const BandArray weight = divide_or_zero(area, reflects * rho);
     const auto product = [&](const BandArray& a, const BandArray& b) -> BandArray {
       return system.sums(weight * a * b);
@@ -104,7 +97,7 @@ class ConjugateGradient final : public Solver {
     double least_recomputed = std::numeric_limits<double>::infinity();
     for (int steps = 0;; ++steps) {
       double share = power_share(system, r);
-      if (steps > kStepsWithoutDrift && share <= options.tolerance) {
+      if (steps > tolerance::kStepsWithoutDrift && share <= options.tolerance) {
         r = residual_of_w();
         deflate(r);
         const double recomputed = power_share(system, r);

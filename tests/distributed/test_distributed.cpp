@@ -12,6 +12,7 @@
 #include "radiosity/formfactors/assemble.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/simulation/solve_scene.hpp"
+#include "support/same_solution.hpp"
 
 namespace radiosity::test {
 namespace {
@@ -59,20 +60,12 @@ TEST(MpiRun, SumsGathersExchangesAndBroadcasts) {
 }
 
 TEST(Distributed, SolvesAndGathersToTheBitsOfOneProcess) {
-  SceneSettings settings;
-  settings.patches = PatchSize{0.1};
-  settings.method = "hemisphere";
-  settings.samples = 128;
-  settings.elements = ElementSize{0.06};
-  settings.element_samples = 32;
+  const SceneSettings settings = patches_and_elements(0.1, 128);
   SolveOptions options;
   options.ranks = ranks();
   const SolvedScene alone = solve_scene(closed_cornell_box(), settings);
   const SolvedScene shared = solve_scene(closed_cornell_box(), settings, options);
-  EXPECT_TRUE((shared.solution.radiosity == alone.solution.radiosity).all());
-  EXPECT_TRUE((shared.elements->radiosity == alone.elements->radiosity).all());
-  EXPECT_EQ(shared.solution.report.history, alone.solution.report.history);
-  EXPECT_NEAR(*shared.error->total, *alone.error->total, 1e-5 * *alone.error->total);
+  expect_same_solution(shared, alone);
   const auto average = static_cast<double>(shared.form_factors.bytes) / ranks()->count();
   EXPECT_NEAR(static_cast<double>(shared.form_factors.own_bytes), average, 0.35 * average);
 }

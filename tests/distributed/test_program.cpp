@@ -98,6 +98,76 @@ TEST_F(OnSeveralRanks, ASolveHasTheResultOfOneProcess) {
   EXPECT_LE((radiosity("petsc.vtp") - radiosity("one.vtp")).abs().maxCoeff(), 1e-4);
 }
 
+TEST_F(OnSeveralRanks, FormFactorsAreReadByTheRanksThatOwnThem) {
+  const std::vector<std::string> patches{"--patch-size", "0.1"};
+  const auto with = [&](std::vector<std::string> first) {
+    first.insert(first.end(), patches.begin(), patches.end());
+    return first;
+  };
+  ASSERT_EQ(run(on_ranks(1, with({"factors", "cube.toml", "-o", "F.h5", "--method", "hemisphere"}))).status,
+            0);
+  const auto solve = [&](const std::string& out) {
+    return with(
+        {"solve", "cube.toml", "-o", out + ".vtp", "--report", out + ".json", "--form-factors", "F.h5"});
+  };
+  ASSERT_EQ(run(on_ranks(1, solve("one"))).status, 0);
+  const Outcome several = run(on_ranks(3, solve("three")));
+  ASSERT_EQ(several.status, 0) << several.err;
+  EXPECT_TRUE((radiosity("three.vtp") == radiosity("one.vtp")).all());
+  const auto report = nlohmann::json::parse(read("three.json"));
+  EXPECT_EQ(report["form_factors"]["nonzeros"],
+            nlohmann::json::parse(read("one.json"))["form_factors"]["nonzeros"]);
+  const double bytes = report["form_factors"]["bytes"];
+  for (const auto& rank : report["ranks"]) EXPECT_LT(rank["form_factor_bytes"].get<double>(), 0.4 * bytes);
+
+  const Outcome other = run(
+      on_ranks(2, {"solve", "cube.toml", "-o", "x.vtp", "--form-factors", "F.h5", "--patch-size", "0.2"}));
+  EXPECT_EQ(other.status, 1);
+  EXPECT_EQ(count_of("radiosity: error: ", other.err), 1U) << other.err;
+  EXPECT_THAT(other.err, HasSubstr("are of other patches"));
+}
+
+TEST_F(OnSeveralRanks, AnAccuracyHasTheResultOfOneProcess) {
+  const auto solve = [&](const std::string& out) {
+    return std::vector<std::string>{"solve",    "cube.toml",  "-o",         out,
+                                    "--method", "hemisphere", "--accuracy", "3"};
+  };
+  ASSERT_EQ(run(on_ranks(1, solve("one.vtp"))).status, 0);
+  const Outcome several = run(on_ranks(2, solve("two.vtp")));
+  ASSERT_EQ(several.status, 0) << several.err;
+  EXPECT_TRUE((radiosity("two.vtp") == radiosity("one.vtp")).all());
+}
+
+TEST_F(OnSeveralRanks, PiecesAndSensorsAreThoseOfOneProcess) {
+  const std::vector<std::string> solve{"solve",      "cube.toml", "--patch-size", "0.1", "--method",
+                                       "hemisphere", "--samples", "64",           "-o"};
+  const auto with = [](std::vector<std::string> first, const std::vector<std::string>& more) {
+    first.insert(first.end(), more.begin(), more.end());
+    return first;
+  };
+  ASSERT_EQ(run(on_ranks(1, with(solve, {"one.vtp"}))).status, 0);
+  const Outcome pieces = run(on_ranks(3, with(solve, {"three.pvtp"})));
+  ASSERT_EQ(pieces.status, 0) << pieces.err;
+  for (const char* file : {"three.pvtp", "three-1-of-3.vtp", "three-2-of-3.vtp", "three-3-of-3.vtp"})
+    EXPECT_TRUE(files().contains(file)) << file;
+  EXPECT_TRUE((radiosity("three.pvtp") == radiosity("one.vtp")).all());
+
+  std::string points;
+  for (int k = 0; k < 100; ++k) points += "0.5 0.5 0." + std::to_string(100 + k) + " 1 0 1\n";
+  write("P.txt", points);
+  const auto probe = [&](int count, const std::string& solution, const std::string& out) {
+    const Outcome outcome =
+        run(on_ranks(count, {"probe", solution, "--points", "P.txt", "-o", out, "--samples", "128"}));
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_EQ(count_of("sensors ", outcome.out), 1U) << outcome.out;
+    return read(out);
+  };
+  const std::string alone = probe(1, "one.vtp", "one.csv");
+  EXPECT_EQ(count_of("\n", alone), 101U);
+  EXPECT_EQ(probe(3, "one.vtp", "three.csv"), alone);
+  EXPECT_EQ(probe(2, "three.pvtp", "pieces.csv"), alone);
+}
+
 TEST_F(OnSeveralRanks, AnErrorIsToldOnceAndEndsAll) {
   const auto refused = [&](const std::vector<std::string>& arguments, int status, const std::string& part) {
     const Outcome outcome = run(on_ranks(2, arguments));
@@ -110,6 +180,7 @@ TEST_F(OnSeveralRanks, AnErrorIsToldOnceAndEndsAll) {
   refused({"solve", "cube.toml", "-o", "x.vtp", "--memory-limit", "0.00001"}, 1, "ranks would fit");
   refused({"solve", "cube.toml", "-o", "x.vtp", "--petsc", "-ksp_type nonesuch"}, 1, "PETSc");
   refused({"inspect", "cube.toml"}, 2, "runs in one process");
+  refused({"probe", "nowhere.vtp", "--points", "P.txt", "-o", "H.csv"}, 1, "P.txt");
   EXPECT_FALSE(files().contains("x.vtp"));
 }
 

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "radiosity/io/form_factor_file.hpp"
 
+#include <mutex>
+
+#include "cases/scenes.hpp"
 #include "files.hpp"
 #include "radiosity/io/checkpoints.hpp"
+#include "support/thread_ranks.hpp"
 
 namespace radiosity::test {
 namespace {
@@ -64,6 +68,47 @@ TEST(FormFactorFile, ComesBackToTheBit) {
     EXPECT_EQ(report.rays, 123456789012U);
     EXPECT_EQ(report.pairs.partial, 5U);
     EXPECT_THAT(report.warnings, testing::ElementsAre("one", "two"));
+  }
+}
+
+TEST(FormFactorFile, GivesEachOfSeveralRanksTheRowsThatItOwns) {
+  const TemporaryDirectory directory;
+  const PatchMesh mesh = cube_room(3);  // 54 patches, so that the last block is not whole
+  for (const bool sparse : {true, false}) {
+    FormFactorMatrix::Rows rows;
+    rows.n = mesh.patch_count();
+    if (sparse) rows.start = {0};
+    for (Index i = 0; i < rows.n; ++i) {
+      double left = 1;
+      for (Index j = 0; j < rows.n; ++j) {
+        const bool some = i != 7 && (i + j) % (sparse ? 7 : 1) == 0;  // row 7 is empty
+        if (sparse && !some) continue;
+        rows.values.push_back(some ? static_cast<float>(1 + j) / 4096 : 0);
+        left -= static_cast<double>(rows.values.back());
+        if (sparse) rows.columns.push_back(j);
+      }
+      if (sparse) rows.start.push_back(rows.values.size());
+      rows.escaped.push_back(left);
+    }
+    const FormFactorMatrix whole(std::move(rows));
+    write_form_factors(directory / "F.h5", whole, mesh, facts(), "1.2.3", "radiosity factors x");
+    for (const int count : {1, 3, 5}) {  // of five, one owns no block
+      std::mutex checking;
+      on_ranks(count, [&](const std::shared_ptr<const Ranks>& ranks) {
+        const std::lock_guard lock(checking);
+        const FormFactorMatrix own = read_form_factors(directory / "F.h5", mesh, ranks.get()).matrix;
+        EXPECT_EQ(own.sparse(), sparse);
+        EXPECT_TRUE((own.escaped() == whole.escaped()).all());
+        std::size_t entries = 0;
+        for (Index i = 0; i < whole.size(); ++i) {
+          const FormFactorRow row = ranks->owns(i) ? whole.row(i) : FormFactorRow{};
+          EXPECT_TRUE(std::ranges::equal(own.row(i).columns, row.columns)) << "row " << i;
+          EXPECT_TRUE(std::ranges::equal(own.row(i).values, row.values)) << "row " << i;
+          entries += row.values.size();
+        }
+        EXPECT_EQ(own.arrays().values.size(), entries);
+      });
+    }
   }
 }
 

@@ -12,16 +12,20 @@
 #include <vtkStringArray.h>
 #include <vtkUnsignedCharArray.h>
 #include <vtkXMLDataElement.h>
+#include <vtkXMLPPolyDataReader.h>
 #include <vtkXMLPolyDataReader.h>
 #include <vtkXMLPolyDataWriter.h>
 #include <vtkXMLUtilities.h>
 
+#include <algorithm>
 #include <cmath>
 
+#include "cases/scenes.hpp"
 #include "files.hpp"
 #include "radiosity/io/read_scene.hpp"
 #include "radiosity/io/solution_file.hpp"
 #include "radiosity/rendering/tone_map.hpp"
+#include "support/thread_ranks.hpp"
 
 namespace radiosity::test {
 namespace {
@@ -91,6 +95,76 @@ void expect_equal(vtkFieldData* data, const char* name, const BandArray& values)
   for (Eigen::Index i = 0; i < values.rows(); ++i)
     for (Eigen::Index b = 0; b < values.cols(); ++b)
       EXPECT_EQ(found->GetComponent(i, static_cast<int>(b)), values(i, b)) << name;
+}
+
+// One piece of each rank; of five, two have no cell.
+TEST(WriteSolution, WritesPiecesOfRanksThatAreTheWholeTogether) {
+  const TemporaryDirectory directory;
+  for (const PatchMesh& mesh :
+       {three_patches(),
+        cube_room(2).with_materials({1, material("wall", Eigen::Array2d(0.5, 0.4), Eigen::Array2d(1, 0))})}) {
+    const Solution solution = made_up_solution(mesh);
+    const BandArray error = solution.radiosity / 16;
+    std::vector<Index> patch(static_cast<std::size_t>(mesh.patch_count()));
+    for (std::size_t k = 0; k < patch.size(); ++k) patch[k] = static_cast<Index>(k / 2);
+    const auto write_to = [&](const std::filesystem::path& file, const Ranks* ranks) {
+      write_solution(file, mesh, solution, kProvenance, 0.25, &error, patch, ranks);
+    };
+    write_to(directory / "whole.vtp", nullptr);
+    const SolvedMesh whole = read_solution(directory / "whole.vtp", "radiosity_error");
+    write_to(directory / "one.pvtp", nullptr);
+    EXPECT_TRUE(std::filesystem::exists(directory / "one-1-of-1.vtp"));
+    for (const int count : {1, 2, 5})
+      on_ranks(count, [&](const std::shared_ptr<const Ranks>& ranks) {
+        write_to(directory / (std::to_string(count) + ".pvtp"), ranks.get());
+      });
+    for (const char* name : {"one.pvtp", "1.pvtp", "2.pvtp", "5.pvtp"}) {
+      const SolvedMesh read = read_solution(directory / name, "radiosity_error");
+      ASSERT_EQ(read.mesh.patch_count(), mesh.patch_count());
+      ASSERT_EQ(read.mesh.vertex_count(), mesh.vertex_count());
+      for (Index v = 0; v < mesh.vertex_count(); ++v) EXPECT_EQ(read.mesh.vertex(v), mesh.vertex(v));
+      for (Index i = 0; i < mesh.patch_count(); ++i) {
+        EXPECT_TRUE(std::ranges::equal(read.mesh.corners(i), mesh.corners(i)));
+        EXPECT_EQ(read.mesh.surface(i), mesh.surface(i));
+        EXPECT_EQ(read.mesh.material_of(i).name, mesh.material_of(i).name);
+      }
+      EXPECT_TRUE((read.patch_radiosity == whole.patch_radiosity).all());
+      EXPECT_TRUE((read.vertex_radiosity == whole.vertex_radiosity).all());
+      EXPECT_TRUE((read.array->values == error).all());
+      EXPECT_EQ(read.array->units, "W/m2");
+      EXPECT_EQ(read.exposure, 0.25);
+      // As ParaView has it.
+      vtkNew<vtkXMLPPolyDataReader> reader;
+      reader->SetFileName((directory / name).c_str());
+      reader->Update();
+      vtkPolyData& data = *reader->GetOutput();
+      EXPECT_EQ(data.GetNumberOfPolys(), mesh.patch_count());
+      expect_equal(data.GetCellData(), "radiosity", solution.radiosity);
+      expect_equal(data.GetCellData(), "radiosity_error", error);
+      EXPECT_EQ(data.GetCellData()->GetNumberOfArrays(), 9);
+      EXPECT_EQ(data.GetPointData()->GetNumberOfArrays(), 2);
+    }
+  }
+}
+
+TEST(ReadSolution, NamesThePieceThatIsNotThere) {
+  const TemporaryDirectory directory;
+  const PatchMesh mesh = three_patches();
+  on_ranks(2, [&](const std::shared_ptr<const Ranks>& ranks) {
+    write_solution(directory / "out.pvtp", mesh, made_up_solution(mesh), kProvenance, 1, nullptr, {},
+                   ranks.get());
+  });
+  EXPECT_EQ(directory.entries(), 3);
+  const auto read = [&] { read_solution(directory / "out.pvtp"); };
+  const std::filesystem::path second = directory / "out-2-of-2.vtp";
+  write_solution(second, mesh, made_up_solution(mesh), kProvenance, 1);
+  EXPECT_THAT(message_of<IoError>(read), HasSubstr("out-2-of-2.vtp: cannot be understood: it is no piece"));
+  std::filesystem::remove(second);
+  EXPECT_THAT(message_of<IoError>(read), HasSubstr("out-2-of-2.vtp"));
+  directory.write("out.pvtp", "<VTKFile type=\"PPolyData\"><PPolyData/></VTKFile>");
+  EXPECT_THAT(message_of<IoError>(read), HasSubstr("out.pvtp: cannot be understood: it names no pieces"));
+  directory.write("out.pvtp", "<VTKFile");
+  EXPECT_THAT(message_of<IoError>(read), HasSubstr("out.pvtp: cannot be understood: "));
 }
 
 TEST(WriteSolution, WritesEveryArrayThatWasPromised) {

@@ -7,49 +7,56 @@
 #include "cases/scenes.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/simulation/solve_scene.hpp"
+#include "support/same_solution.hpp"
 #include "support/thread_ranks.hpp"
 
 namespace radiosity::test {
 namespace {
 
 // On two and on three ranks; each of them gets all of it.
-void expect_the_solution_of_one_process(const Scene& scene, const SceneSettings& settings) {
-  const SolvedScene alone = solve_scene(scene, settings);
+void expect_the_solution_of_one_process(const Scene& scene, const SceneSettings& settings,
+                                        std::optional<double> accuracy = {}) {
+  SolveOptions options;
+  options.accuracy = accuracy;
+  const SolvedScene alone = solve_scene(scene, settings, options);
   ASSERT_TRUE(alone.converged());
   for (const int count : {2, 3}) {
     std::mutex checking;
     on_ranks(count, [&](const std::shared_ptr<const Ranks>& ranks) {
-      SolveOptions options;
-      options.ranks = ranks;
-      const SolvedScene shared = solve_scene(scene, settings, options);
+      SolveOptions on_this = options;
+      on_this.ranks = ranks;
+      const SolvedScene shared = solve_scene(scene, settings, on_this);
       const std::lock_guard lock(checking);
-      EXPECT_TRUE((shared.solution.radiosity == alone.solution.radiosity).all());
-      EXPECT_TRUE((shared.solution.irradiance == alone.solution.irradiance).all());
-      EXPECT_EQ(shared.solution.report.history, alone.solution.report.history);
-      EXPECT_EQ(shared.form_factors.nonzeros, alone.form_factors.nonzeros);
-      EXPECT_EQ(shared.form_factors.assembly.rays, alone.form_factors.assembly.rays);
-      ASSERT_EQ(shared.elements.has_value(), alone.elements.has_value());
-      if (alone.elements) {
-        EXPECT_TRUE((shared.elements->radiosity == alone.elements->radiosity).all());
-        EXPECT_TRUE((shared.elements->standard_error == alone.elements->standard_error).all());
+      expect_same_solution(shared, alone);
+      if (!accuracy) return;
+      EXPECT_EQ(shared.accuracy->reached, alone.accuracy->reached);
+      ASSERT_EQ(shared.accuracy->rounds.size(), alone.accuracy->rounds.size());
+      for (std::size_t k = 0; k < alone.accuracy->rounds.size(); ++k) {
+        const AccuracyRound &a = shared.accuracy->rounds[k], &b = alone.accuracy->rounds[k];
+        EXPECT_EQ(a.method, b.method);
+        EXPECT_EQ(a.options.samples, b.options.samples);
+        EXPECT_EQ(a.patch_size, b.patch_size);
+        EXPECT_EQ(a.patches, b.patches);
+        EXPECT_EQ(a.error.known, b.error.known);
       }
-      ASSERT_TRUE(shared.error && alone.error);
-      EXPECT_EQ(shared.error->notes, alone.error->notes);
-      // Larger patches have factors in single precision on the way.
-      EXPECT_NEAR(*shared.error->form_factors, *alone.error->form_factors, 1e-12);
-      EXPECT_NEAR(*shared.error->patches, *alone.error->patches, 1e-5 * *alone.error->patches);
     });
   }
 }
 
 TEST(SolvingOnRanks, GivesTheBitsOfOneProcess) {
+  expect_the_solution_of_one_process(closed_cornell_box(), patches_and_elements(0.07, 256));
+}
+
+// One method alone: between several, what they cost decides, and no two runs take the same time.
+TEST(SolvingOnRanks, ReachesAnAccuracyInTheRoundsOfOneProcess) {
   SceneSettings settings;
-  settings.patches = PatchSize{0.07};
   settings.method = "hemisphere";
-  settings.samples = 256;
-  settings.elements = ElementSize{0.04};
-  settings.element_samples = 32;
-  expect_the_solution_of_one_process(closed_cornell_box(), settings);
+  expect_the_solution_of_one_process(closed_cornell_box(), settings, 0.05);
+}
+
+// The room is convex: F of one process is dense, and exact.
+TEST(SolvingOnRanks, ReachesAnAccuracyOfClosedFormsInTheRoundsOfOneProcess) {
+  expect_the_solution_of_one_process(lit_cube(0.5, 0.4, 0.7), {}, 0.02);
 }
 
 TEST(SolvingOnRanks, GivesTheBitsOfOneProcessToElementsThatAreSmallWhereLightChanges) {
@@ -61,12 +68,11 @@ TEST(SolvingOnRanks, GivesTheBitsOfOneProcessToElementsThatAreSmallWhereLightCha
 }
 
 TEST(SolvingOnRanks, RefusesWhatOneProcessDoes) {
-  const auto refused = [](const SceneSettings& settings, std::optional<double> accuracy) {
+  const auto refused = [](const SceneSettings& settings) {
     std::string message;
     on_ranks(1, [&](const std::shared_ptr<const Ranks>& ranks) {
       SolveOptions options;
       options.ranks = ranks;
-      options.accuracy = accuracy;
       try {
         solve_scene(cube_with_box(), settings, options);
       } catch (const InputError& e) {
@@ -78,10 +84,24 @@ TEST(SolvingOnRanks, RefusesWhatOneProcessDoes) {
   for (const char* solver : {"gauss-seidel", "progressive", "progressive-overshoot"}) {
     SceneSettings settings;
     settings.solver = solver;
-    EXPECT_THAT(refused(settings, {}),
+    EXPECT_THAT(refused(settings),
                 testing::HasSubstr(std::string("solver ") + solver + " runs in one process"));
   }
-  EXPECT_THAT(refused({}, 0.01), testing::HasSubstr("in one process"));
+}
+
+TEST(SolvingOnRanks, EndsTheRoundsOfAnAccuracyOnAllWhenOneAsksToStop) {
+  std::mutex checking;
+  on_ranks(2, [&](const std::shared_ptr<const Ranks>& ranks) {
+    SolveOptions options;
+    options.ranks = ranks;
+    options.accuracy = 0.01;
+    options.progress = [&](SolveStage, double) { return ranks->rank() == 0; };
+    const SolvedScene stopped = solve_scene(lit_cube(0.5, 0.4, 0.7), {}, options);
+    const std::lock_guard lock(checking);
+    EXPECT_TRUE(stopped.accuracy->rounds.empty());
+    EXPECT_FALSE(stopped.accuracy->reached);
+    EXPECT_THAT(stopped.accuracy->why_not, testing::HasSubstr("stopped"));
+  });
 }
 
 TEST(SolvingOnRanks, EndsOnAllWhenOneAsksToStop) {

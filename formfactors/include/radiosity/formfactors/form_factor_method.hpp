@@ -50,6 +50,16 @@ struct PairCounts {
   }
 };
 
+/// The counts by their names in files: visit(name, number).
+template <class Counts, class Visit>
+void for_each_count(Counts& pairs, Visit&& visit) {
+  visit("pairs_behind", pairs.behind);
+  visit("pairs_hidden", pairs.hidden);
+  visit("pairs_free", pairs.free);
+  visit("pairs_partial", pairs.partial);
+  visit("pairs_by_rays", pairs.by_rays);
+}
+
 /// A way to compute form factors. One object serves one mesh; it keeps references to the mesh and the
 /// visibility it was made with. Methods only fill rows: threads, symmetry, closure, storage and their
 /// measurement are the duty of `assemble` and `RowsOnDemand`, which all methods share.

@@ -56,5 +56,7 @@ void gather(const Ranks* ranks, Array& x) {
 bool on_all(const Ranks* ranks, bool so);
 /// Of a whole number that each rank counted for itself.
 std::uint64_t total(const Ranks* ranks, std::uint64_t own);
+/// What each has of a number, in their order. Of clocks and memories, all take that of rank 0 or the least: they must decide alike.
+std::vector<double> of_all(const Ranks* ranks, double own);
 
 }  // namespace radiosity

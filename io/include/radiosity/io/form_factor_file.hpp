@@ -28,7 +28,9 @@ struct FormFactorFileFacts {
 /// Throws IoError where it is not such a file.
 FormFactorFileFacts read_form_factor_facts(const std::filesystem::path& file);
 
-/// Throws IoError where it is not such a file, InputError where it is of other patches than these, or holds what is no F.
-AssembledFormFactors read_form_factors(const std::filesystem::path& file, const PatchMesh& mesh);
+/// Throws IoError where it is not such a file, InputError where it is of other patches than these, or holds what is no F. Of several
+/// ranks each reads the rows that it owns.
+AssembledFormFactors read_form_factors(const std::filesystem::path& file, const PatchMesh& mesh,
+                                       const Ranks* ranks = nullptr);
 
 }  // namespace radiosity

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "radiosity/formfactors/ranks.hpp"
 #include "radiosity/meshing/patch_mesh.hpp"
 #include "radiosity/solver/solution.hpp"
 
@@ -25,9 +26,15 @@ struct Provenance {
 /// point arrays radiosity, display_rgb; field data version, command, method, solver, converged, residual,
 /// exposure, units, and of one cell of a symmetric scene symmetry_planes, symmetry_period, symmetry_steps. The file appears under its name only when complete. Throws IoError when it cannot be
 /// written.
+///
+/// A .pvtp has the cells in pieces, OUT-1-of-4.vtp, …, one after the other with the points that they have: of several ranks one each, all
+/// of whom call this; the .pvtp, which names them, comes last. Of one process it is one piece. Of a .vtp one rank alone calls this.
 void write_solution(const std::filesystem::path& file, const PatchMesh& mesh, const Solution& solution,
                     const Provenance& provenance, double exposure, const BandArray* radiosity_error = nullptr,
-                    std::span<const Index> patch = {});
+                    std::span<const Index> patch = {}, const Ranks* ranks = nullptr);
+
+/// OUT-2-of-4.vtp of OUT.pvtp, of rank 1.
+std::filesystem::path piece_of(const std::filesystem::path& file, int rank, int count);
 
 /// An array of numbers of a solved .vtp.
 struct MeshArray {
@@ -37,7 +44,7 @@ struct MeshArray {
   BandArray values;
 };
 
-/// A solved .vtp, read back; where it holds one cell of a symmetric scene, the whole of it (PatchMesh::unfolded).
+/// A solved .vtp or .pvtp, read back; where it holds one cell of a symmetric scene, the whole of it (PatchMesh::unfolded).
 struct SolvedMesh {
   PatchMesh mesh;
   BandArray patch_radiosity;   ///< n × bands, W/m²

@@ -151,4 +151,12 @@ inline constexpr double kDimLights = 0.005;
 /// A path that is not absorbed after so many surfaces never will be: the chance is below 10⁻³⁰⁰ where each absorbs 5 %.
 inline constexpr int kLongestPath = 1 << 14;
 
+/// Conjugate gradients take patches that reflect less than this for black. What they reflect is lost beside any rounding, and A/ρ would
+/// overflow.
+inline constexpr double kBlack = 1e-200;
+
+/// What conjugate gradients take from the residual step by step drifts away from that of B by rounding, a little with each step. After
+/// so many it is computed again before it is believed.
+inline constexpr int kStepsWithoutDrift = 50;
+
 }  // namespace radiosity::tolerance

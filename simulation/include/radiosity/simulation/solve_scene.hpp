@@ -43,7 +43,8 @@ struct SolveOptions {
       std::numeric_limits<double>::infinity();  ///< wall time after which the work stops with what there is
   std::size_t memory_limit_bytes = 0;           ///< of F, on each rank; 0: the memory of this machine
   /// Share the work, null: this process does all of it. All ranks solve the same scene with the same settings, and each gets all of the
-  /// solution, to the bits of one process. Not of an accuracy, nor by solvers that read rows.
+  /// solution, to the bits of one process. Of clocks that of rank 0 is believed, of limits of memory the least. Not by solvers that
+  /// read rows.
   std::shared_ptr<const Ranks> ranks = {};
   /// In place of the one that the settings name.
   std::function<std::unique_ptr<Solver>()> make_solver = {};
@@ -52,7 +53,7 @@ struct SolveOptions {
   std::function<bool(SolveStage, double fraction)> progress = {};
   /// A stage has ended; of the scene, what it and those before it found is filled in. Not called of the rounds of an accuracy.
   std::function<void(SolveStage, const SolvedScene&)> ended = {};
-  /// F, and what was found of it, where it is not to be computed: for the patches that it is called with. Method and settings are then
+  /// F, of several ranks the rows that this one owns, and what was found of it, where it is not to be computed: for the patches that it is called with. Method and settings are then
   /// those that made it. Not of an accuracy.
   std::function<AssembledFormFactors(const PatchMesh&)> form_factors = {};
   /// State of an earlier run of the same that did not come to its end, and where this one's goes: see AssemblyOptions, ProbeOptions and
