@@ -140,7 +140,8 @@ void settle(Symmetry& symmetry, const std::vector<Vec3>& vertices, std::span<con
     int first_side = 0;
     for (std::size_t f = 0; f < faces; ++f) {
       const Extent x = extent_of(f, [&](const Vec3& v) { return v[plane.axis]; });
-      const bool below = x.low<plane.offset - touch, above = x.high> plane.offset + touch;
+      const bool below = x.low < plane.offset - touch;
+      const bool above = x.high > plane.offset + touch;
       if (below && above)
         throw InputError(
             fmt::format("symmetry: face {} crosses the plane {}: it reaches from {} to {} m; all faces must "

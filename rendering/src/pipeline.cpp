@@ -148,9 +148,6 @@ LinearImage Pipeline::draw(const Camera& camera, const DrawOptions& options) con
 std::unique_ptr<Pipeline> PipelineInfo::make(ViewScene scene, const PipelineOptions& options) const {
   if (solved && !scene.vertex_radiosity)
     throw InputError(fmt::format("the pipeline '{}' shows a solution, and there is none", name));
-  if (!scene.mesh->symmetry().none())
-    throw InputError(
-        "the mesh is one cell of a symmetric scene: pictures show the whole, PatchMesh::unfolded");
   if (options.depth < 1)
     throw InputError(fmt::format("depth {}: rays must be followed to at least 1 surface", options.depth));
   if (!(options.attenuation_length > 0))

@@ -12,6 +12,9 @@ namespace radiosity {
 
 void validate(const ViewScene& scene) {
   if (!scene.mesh) throw InputError("there is no mesh to draw");
+  if (!scene.mesh->symmetry().none())
+    throw InputError(
+        "the mesh is one cell of a symmetric scene: pictures show the whole, PatchMesh::unfolded");
   const PatchMesh& mesh = *scene.mesh;
   if (scene.vertex_radiosity && (scene.vertex_radiosity->rows() != mesh.vertex_count() ||
                                  scene.vertex_radiosity->cols() != mesh.bands()))
