@@ -41,6 +41,8 @@ struct Options {
   std::size_t memory_limit_bytes = 0;  ///< of F; 0: the memory of this machine
   std::optional<std::string> petsc;    ///< options of PETSc, which is to solve
   std::optional<SharedRun> shared;     ///< not of the command line: this process is one of several
+  /// Of several processes rank 0 alone tells, and writes what is not in pieces.
+  bool speaks() const { return !shared || shared->ranks->rank() == 0; }
 
   struct View {
     std::filesystem::path camera_file;

@@ -15,8 +15,7 @@ namespace radiosity::app {
 
 int run_probe(const Options& options) {
   Job job(options);
-  const bool speaks = !options.shared || options.shared->ranks->rank() == 0;
-  if (speaks) check_outputs(options, ".csv");
+  if (options.speaks()) check_outputs(options, ".csv");
   const std::vector<Sensor> sensors = read_sensors(options.points_file);
   const SolvedMesh solved = read_solution(options.scene);
   job.report.seconds.read = job.stage.lap();
@@ -33,7 +32,7 @@ int run_probe(const Options& options) {
       probe(visibility, solved.patch_radiosity, solved.vertex_radiosity, sensors, probe_options);
   job.report.seconds.solve = job.stage.lap();
 
-  if (!speaks) return result.completed ? kDone : kNotConverged;
+  if (!options.speaks()) return result.completed ? kDone : kNotConverged;
   // Half a list would look like a whole one: nothing of it is written.
   Outputs outputs(job);
   job.report.converged = result.completed;

@@ -49,12 +49,9 @@ class Steps {
 
 int run_solve(const Options& options) {
   Job job(options);
-  const bool speaks = !options.shared || options.shared->ranks->rank() == 0;
-  const bool in_pieces = options.output.extension() == ".pvtp";
+  const bool speaks = options.speaks(), pieces = in_pieces(options.output);
   if (speaks)
-    check_outputs(options, in_pieces                              ? ".pvtp"
-                           : options.output.extension() == ".vtp" ? ".vtp"
-                                                                  : ".vtp or .pvtp");
+    check_outputs(options, pieces ? ".pvtp" : is_solution(options.output) ? ".vtp" : ".vtp or .pvtp");
   const LoadedScene loaded =
       options.shared ? read_stage_shared(job, options.scene) : read_stage(job, options.scene);
   SceneSettings settings = override_settings(loaded.settings, options.flags);
@@ -96,10 +93,10 @@ int run_solve(const Options& options) {
   const bool reached = !solved.accuracy || solved.accuracy->reached;
   const int status = solved.converged() && reached ? kDone : kNotConverged;
   if (options.shared) note_ranks(job, solved);
-  if (!speaks && !in_pieces) return status;
+  if (!speaks && !pieces) return status;
 
   Outputs outputs(job);
-  const Ranks* const ranks = options.shared && in_pieces ? options.shared->ranks.get() : nullptr;
+  const Ranks* const ranks = options.shared && pieces ? options.shared->ranks.get() : nullptr;
   for (std::size_t k = 0; k <= loaded.setups.size(); ++k) {
     const PatchMesh mesh = solved.mesh_of_setup(static_cast<Index>(k));
     const Solution solution = solved.solution_of_setup(static_cast<Index>(k));
@@ -119,7 +116,7 @@ int run_solve(const Options& options) {
     }
     const SolvedScene::Told told = solved.told_of_setup(static_cast<Index>(k));
     if (speaks) outputs.will_write(file);
-    if (in_pieces)
+    if (pieces)
       outputs.will_write(piece_of(file, ranks ? ranks->rank() : 0, ranks ? ranks->count() : 1), false);
     write_solution(file, told.mesh, told.solution,
                    {RADIOSITY_VERSION, options.command_line, solved.form_factors.method, solved.solver,

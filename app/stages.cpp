@@ -161,7 +161,7 @@ LoadedScene read_stage(Job& job, const std::filesystem::path& file, MissingMater
 
 LoadedScene read_stage_shared(Job& job, const std::filesystem::path& file) {
   const SharedRun& shared = *job.options.shared;
-  if (shared.ranks->rank() == 0) {
+  if (job.options.speaks()) {
     LoadedScene loaded = read_stage(job, file);
     shared.broadcast(scene_bytes(loaded));
     shared.broadcast(std::to_string(digest(loaded, loaded.settings, true)));

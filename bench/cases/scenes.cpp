@@ -7,8 +7,6 @@
 
 namespace radiosity::test {
 
-namespace {
-
 PatchMesh::Arrays arrays_of(const PatchMesh& mesh) {
   PatchMesh::Arrays arrays;
   arrays.vertices = mesh.vertices();
@@ -22,8 +20,6 @@ PatchMesh::Arrays arrays_of(const PatchMesh& mesh) {
   }
   return arrays;
 }
-
-}  // namespace
 
 Material grey(std::string name, double reflectance, double emission) {
   return {std::move(name), BandValues::Constant(1, reflectance), BandValues::Constant(1, emission)};

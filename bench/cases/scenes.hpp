@@ -108,6 +108,9 @@ Scene closed_cornell_box();
 /// A unit cube whose ceiling emits 1 W/m², with the reflectances of floor, ceiling and walls.
 Scene lit_cube(double floor, double ceiling, double walls);
 
+/// What a mesh was made of, to make others of; without clusters and facets.
+PatchMesh::Arrays arrays_of(const PatchMesh& mesh);
+
 /// The faces of a mesh as a scene.
 Scene scene_of(const PatchMesh& mesh);
 

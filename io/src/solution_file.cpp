@@ -315,6 +315,14 @@ class SolutionReader {
 
 }  // namespace
 
+bool in_pieces(const fs::path& file) {
+  return lower_case_extension(file) == ".pvtp";
+}
+
+bool is_solution(const fs::path& file) {
+  return in_pieces(file) || lower_case_extension(file) == ".vtp";
+}
+
 void write_solution(const fs::path& file, const PatchMesh& mesh, const Solution& solution,
                     const Provenance& provenance, double exposure, const BandArray* radiosity_error,
                     std::span<const Index> patch, const Ranks* ranks) {
@@ -325,9 +333,8 @@ void write_solution(const fs::path& file, const PatchMesh& mesh, const Solution&
     require_shape(*radiosity_error, mesh.patch_count(), mesh.bands(), "radiosity error");
   if (!patch.empty() && patch.size() != static_cast<std::size_t>(mesh.patch_count()))
     throw InputError(fmt::format("{} numbers of patches for {} elements", patch.size(), mesh.patch_count()));
-  const bool in_pieces = lower_case_extension(file) == ".pvtp";
   const int number = ranks != nullptr ? ranks->rank() : 0, count = ranks != nullptr ? ranks->count() : 1;
-  const Part part = in_pieces ? piece(mesh, number, count) : all_of(mesh);
+  const Part part = in_pieces(file) ? piece(mesh, number, count) : all_of(mesh);
   const auto own = [&](const auto& values) { return values.middleRows(part.first, part.last - part.first); };
   const auto data = geometry(mesh, part);
   auto* const cells = data->GetCellData();
@@ -359,7 +366,7 @@ void write_solution(const fs::path& file, const PatchMesh& mesh, const Solution&
     add_doubles(fields, "symmetry_period", symmetry.period.transpose(), "m");
     add_integers(fields, "symmetry_steps", 1, [&](Index) { return symmetry.steps; });
   }
-  if (!in_pieces) {
+  if (!in_pieces(file)) {
     write(file, *data);
     return;
   }
@@ -378,12 +385,11 @@ void write_solution(const fs::path& file, const PatchMesh& mesh, const Solution&
 
 SolvedMesh read_solution(const fs::path& file, const std::string& array) {
   require_readable(file);
-  const std::string extension = lower_case_extension(file);
-  if (extension != ".vtp" && extension != ".pvtp")
+  if (!is_solution(file))
     throw IoError(fmt::format(
         "{}: a solved scene has the extension .vtp or .pvtp; radiosity solve writes one", file.string()));
   const auto read = [&] {
-    if (extension == ".pvtp") return SolutionReader(file, *read_pieces(file)).read(array);
+    if (in_pieces(file)) return SolutionReader(file, *read_pieces(file)).read(array);
     vtkNew<vtkXMLPolyDataReader> reader;
     read_xml(*reader, file);
     return SolutionReader(file, *reader->GetOutput()).read(array);

@@ -68,6 +68,13 @@ TEST_F(Solve, SolvesEverySetUpOfTheLampsIntoAFileOfItsOwn) {
   EXPECT_EQ(report()["scene"]["bands"], 1);
 }
 
+TEST_F(Solve, TakesTheExtensionOfTheResultInAnyCase) {
+  write_cube();
+  for (const char* result : {"a.VTP", "b.pvtp", "c.PVTP"})
+    EXPECT_EQ(run({"solve", "cube.toml", "-o", result}).status, 0) << result;
+  expect_one_error(run({"solve", "cube.toml", "-o", "d.csv"}), 1, "the extension must be .vtp or .pvtp");
+}
+
 TEST_F(Solve, RefusesToRelaxASolverThatCannotBeforeAnyWork) {
   write_cube();
   expect_one_error(run({"solve", "cube.toml", "-o", "out.vtp", "--relaxation", "1.2", "--quiet"}), 1,

@@ -16,17 +16,7 @@ namespace radiosity::test {
 namespace {
 
 PatchMesh cell_of(const PatchMesh& mesh, Symmetry symmetry) {
-  PatchMesh::Arrays arrays;
-  arrays.vertices = mesh.vertices();
-  arrays.materials = mesh.materials();
-  for (Index i = 0; i < mesh.patch_count(); ++i) {
-    const auto corners = mesh.corners(i);
-    arrays.corners.insert(arrays.corners.end(), corners.begin(), corners.end());
-    arrays.patch_start.push_back(static_cast<Index>(arrays.corners.size()));
-    arrays.patch_surface.push_back(mesh.surface(i));
-    arrays.patch_material.push_back(mesh.material(i));
-    if (mesh.clustered()) arrays.patch_cluster.push_back(mesh.cluster(i));
-  }
+  PatchMesh::Arrays arrays = arrays_of(mesh);
   arrays.symmetry = std::move(symmetry);
   return PatchMesh(std::move(arrays));
 }

@@ -39,6 +39,19 @@ struct Sphere {
   std::unique_ptr<FormFactorMatrix> f;
 };
 
+/// 60 patches of two bands in which everything is random.
+struct TwoBands {
+  TwoBands() {
+    std::mt19937_64 random(8);
+    for (double& value : rho.reshaped()) value = 0.8 * uniform(random);
+    for (double& value : e.reshaped()) value = uniform(random);
+  }
+  RadiositySystem system() const { return {f, enclosure.areas, rho, e}; }
+  RandomEnclosure enclosure = random_enclosure(60, 3);
+  FormFactorMatrix f = dense_matrix(enclosure.f);
+  BandArray rho{60, 2}, e{60, 2};
+};
+
 BandArray exact(const FormFactorMatrix& f, const RadiositySystem& system) {
   SolverOptions options;
   options.tolerance = 1e-14;
@@ -50,14 +63,9 @@ class EverySolver : public testing::TestWithParam<const SolverInfo*> {};
 INSTANTIATE_TEST_SUITE_P(All, EverySolver, testing::ValuesIn(pointers(solvers())), test_name<SolverInfo>);
 
 TEST_P(EverySolver, StaysWithinItsErrorBound) {
-  const RandomEnclosure enclosure = random_enclosure(60, 3);
-  const FormFactorMatrix f = dense_matrix(enclosure.f);
-  std::mt19937_64 random(8);
-  BandArray rho(60, 2), e(60, 2);
-  for (double& value : rho.reshaped()) value = 0.8 * uniform(random);
-  for (double& value : e.reshaped()) value = uniform(random);
-  const RadiositySystem system(f, enclosure.areas, rho, e);
-  const BandArray answer = exact(f, system);
+  const TwoBands two;
+  const RadiositySystem system = two.system();
+  const BandArray answer = exact(two.f, system);
   for (const double tolerance : {1e-1, 1e-3}) {
     SolverOptions options;
     options.tolerance = tolerance;
@@ -258,13 +266,8 @@ TEST(Shooting, ShowsTheLightUnderWayAsAmbient) {
 }
 
 TEST(Shooting, GoesOnFromASavedStateToTheSameBits) {
-  const RandomEnclosure enclosure = random_enclosure(60, 3);
-  const FormFactorMatrix f = dense_matrix(enclosure.f);
-  std::mt19937_64 random(8);
-  BandArray rho(60, 2), e(60, 2);
-  for (double& value : rho.reshaped()) value = 0.8 * uniform(random);
-  for (double& value : e.reshaped()) value = uniform(random);
-  const RadiositySystem system(f, enclosure.areas, rho, e);
+  const TwoBands two;
+  const RadiositySystem system = two.system();
   for (const SolverInfo& info : solvers()) {
     if (info.gathers) continue;
     for (const bool ambient : {false, true}) {

@@ -18,8 +18,8 @@ class Attributes;
 std::uint64_t digest(const LoadedScene& loaded, const SceneSettings& settings, bool close);
 
 /// The state of a long solve in files beside its result: rows of F in NAME.checkpoint.h5, of several ranks those of each in
-/// NAME.checkpoint-2-of-4.h5, where rows are not kept but shot those shots in NAME.checkpoint-shots.h5, elements in NAME.checkpoint-elements.h5. Each appears under its name only when complete, in the place of
-/// an earlier one. Any number of ranks goes on with what any other number left; all of them read the files.
+/// NAME.checkpoint-2-of-4.h5, where rows are shot and not kept the shots in NAME.checkpoint-shots.h5, elements in
+/// NAME.checkpoint-elements.h5. Each appears under its name only when complete, in the place of an earlier one. Any number of ranks goes on with what any other number left; all of them read the files.
 class Checkpoints {
  public:
   /// For the result OUT.vtp of work with this digest, saved at most every `seconds`.

@@ -24,14 +24,18 @@ struct Provenance {
 /// reflectance (components = bands), area, surface, material (index; names as field data material_names), and, where
 /// an estimate is given (n × bands, W/m²), radiosity_error, and, where cells are elements, patch: the number of the unknown that each is a piece of;
 /// point arrays radiosity, display_rgb; field data version, command, method, solver, converged, residual,
-/// exposure, units, and of one cell of a symmetric scene symmetry_planes, symmetry_period, symmetry_steps. The file appears under its name only when complete. Throws IoError when it cannot be
-/// written.
+/// exposure, units, and of one cell of a symmetric scene symmetry_planes, symmetry_period, symmetry_steps. The file appears under its
+/// name only when complete. Throws IoError when it cannot be written.
 ///
 /// A .pvtp has the cells in pieces, OUT-1-of-4.vtp, …, one after the other with the points that they have: of several ranks one each, all
 /// of whom call this; the .pvtp, which names them, comes last. Of one process it is one piece. Of a .vtp one rank alone calls this.
 void write_solution(const std::filesystem::path& file, const PatchMesh& mesh, const Solution& solution,
                     const Provenance& provenance, double exposure, const BandArray* radiosity_error = nullptr,
                     std::span<const Index> patch = {}, const Ranks* ranks = nullptr);
+
+/// By their extensions, in any case: what is written in pieces, .pvtp; that or .vtp.
+bool in_pieces(const std::filesystem::path& file);
+bool is_solution(const std::filesystem::path& file);
 
 /// OUT-2-of-4.vtp of OUT.pvtp, of rank 1.
 std::filesystem::path piece_of(const std::filesystem::path& file, int rank, int count);

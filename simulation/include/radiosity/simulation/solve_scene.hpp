@@ -53,8 +53,8 @@ struct SolveOptions {
   std::function<bool(SolveStage, double fraction)> progress = {};
   /// A stage has ended; of the scene, what it and those before it found is filled in. Not called of the rounds of an accuracy.
   std::function<void(SolveStage, const SolvedScene&)> ended = {};
-  /// F, of several ranks the rows that this one owns, and what was found of it, where it is not to be computed: for the patches that it is called with. Method and settings are then
-  /// those that made it. Not of an accuracy.
+  /// F, of several ranks the rows that this one owns, and what was found of it, where it is not to be computed: for the patches that
+  /// it is called with. Method and settings are then those that made it. Not of an accuracy.
   std::function<AssembledFormFactors(const PatchMesh&)> form_factors = {};
   /// State of an earlier run of the same that did not come to its end, and where this one's goes: see AssemblyOptions, ProbeOptions and
   /// SolverOptions. The bits are those of a run that was not ended. Shots are those of rows on demand, where nobody looks at steps; other
