@@ -40,23 +40,25 @@ class MpiRanks final : public Ranks {
     MPI_Allgatherv(own.data(), static_cast<int>(own.size()), MPI_DOUBLE, all.data(), counts.data(),
                    places.data(), MPI_DOUBLE, MPI_COMM_WORLD);
   }
-  std::vector<std::byte> exchange(std::span<const std::vector<std::byte>> to) const override {
+  void exchange(std::span<const std::span<const std::byte>> to,
+                std::vector<std::vector<std::byte>>& from) const override {
     const auto all = static_cast<std::size_t>(count_);
-    std::vector<int> sent(all), from(all), sent_at(all, 0), from_at(all, 0);
-    std::vector<std::byte> out;
-    for (std::size_t r = 0; r < all; ++r) {
-      sent[r] = static_cast<int>(to[r].size());
-      sent_at[r] = static_cast<int>(out.size());
-      out.insert(out.end(), to[r].begin(), to[r].end());
-    }
+    std::vector<int> sent(all), received(all);
+    std::ranges::transform(to, sent.begin(),
+                           [](const auto& bytes) { return static_cast<int>(bytes.size()); });
     Exchange exchange(*this, 0);
-    MPI_Alltoall(sent.data(), 1, MPI_INT, from.data(), 1, MPI_INT, MPI_COMM_WORLD);
-    std::partial_sum(from.begin(), from.end() - 1, from_at.begin() + 1);
-    std::vector<std::byte> in(std::reduce(from.begin(), from.end(), std::size_t{0}));
-    MPI_Alltoallv(out.data(), sent.data(), sent_at.data(), MPI_BYTE, in.data(), from.data(), from_at.data(),
-                  MPI_BYTE, MPI_COMM_WORLD);
-    exchange.bytes = in.size() - static_cast<std::size_t>(from[static_cast<std::size_t>(rank_)]);
-    return in;
+    MPI_Alltoall(sent.data(), 1, MPI_INT, received.data(), 1, MPI_INT, MPI_COMM_WORLD);
+    from.resize(all);
+    std::vector<MPI_Request> requests;
+    for (int k = 1; k < count_; ++k) {  // beginning with the next, so that not all send to one at a time
+      const int other = (rank_ + k) % count_;
+      const auto r = static_cast<std::size_t>(other);
+      from[r].resize(static_cast<std::size_t>(received[r]));
+      exchange.bytes += from[r].size();
+      MPI_Irecv(from[r].data(), received[r], MPI_BYTE, other, 0, MPI_COMM_WORLD, &requests.emplace_back());
+      MPI_Isend(to[r].data(), sent[r], MPI_BYTE, other, 0, MPI_COMM_WORLD, &requests.emplace_back());
+    }
+    MPI_Waitall(static_cast<int>(requests.size()), requests.data(), MPI_STATUSES_IGNORE);
   }
 
   MpiRun::Traffic traffic() const { return traffic_; }

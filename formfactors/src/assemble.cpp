@@ -134,6 +134,7 @@ AssembledFormFactors assemble(const FormFactorMethod& method, const Visibility& 
       report.completed = report.pair_rows != nullptr;
     }
   }
+  release_freed(count_entries(rows));  // of what pairs took
   ReplacedRows replaced(n);
   if (report.pair_rows) {
     drop_hidden(rows, report.pair_rows->hidden);

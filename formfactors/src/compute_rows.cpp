@@ -25,7 +25,7 @@ void require_factors(Index i, std::span<const Index> columns, std::span<const do
 
 // Adds the lower triangle of a reciprocal F: F_ji = F_ij A_i / A_j, rounded as mirror_dense does.
 void mirror(RowList& upper, const Eigen::ArrayXd& areas, const Ranks* ranks) {
-  const RowList lower = transpose(upper, ranks);
+  const RowList lower = transpose(upper, upper.size(), ranks);
   for_each_row(static_cast<Index>(upper.size()), [&](Index j) {
     const Row& left = lower[j];
     Row& row = upper[j];

@@ -1,8 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <tbb/parallel_for.h>
-#if __has_include(<sys/mman.h>)
-#include <sys/mman.h>
-#endif
 
 #include <algorithm>
 #include <array>
@@ -25,12 +22,7 @@ bool sparse_is_smaller(std::size_t n, std::size_t entries) {
 std::vector<float> zeros(std::size_t count) {
   std::vector<float> values;
   values.reserve(count);
-#ifdef MADV_HUGEPAGE
-  constexpr std::uintptr_t kPage = 1 << 21;
-  const auto begin = (reinterpret_cast<std::uintptr_t>(values.data()) + kPage - 1) & ~(kPage - 1);
-  const auto end = reinterpret_cast<std::uintptr_t>(values.data() + count) & ~(kPage - 1);
-  if (begin < end) madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
-#endif
+  advise_large_pages(values.data(), count * sizeof(float));
   values.resize(count);
   return values;
 }
@@ -54,6 +46,8 @@ FormFactorMatrix::Rows store(RowList& rows, const Ranks* ranks,
     for (std::size_t i = 0; i < n; ++i) out.start[i + 1] = out.start[i] + rows[i].size();
     out.columns.reserve(entries);
     out.values.reserve(entries);
+    advise_large_pages(out.columns.data(), entries * sizeof(Index));
+    advise_large_pages(out.values.data(), entries * sizeof(float));
   } else {
     out.values = zeros(stored * n);
   }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "patch_columns.hpp"
 
+#include <tbb/parallel_for.h>
+
 #include <Eigen/Eigenvalues>
 #include <array>
 #include <cmath>
@@ -165,21 +167,29 @@ PatchColumns::PatchColumns(const std::vector<Polygon>& polygons, const std::vect
   const double middle = std::pow(tolerance::kGauss / error, 1.0 / 6);
   const double least = std::pow(tolerance::kProduct / error, 1.0 / 6), least_odd = least_distance(error);
   place_.resize(polygons.size());
+  std::size_t size = 0;
   for (const PatchGroup& group : groups) {
     first_block_.push_back(blocks_.size());
     for (std::size_t first = 0; first < group.patches.size(); first += kLanes) {
-      const auto patch = [&](std::size_t lane) {  // the last one again and again
-        return group.patches[std::min(first + lane, group.patches.size() - 1)];
-      };
       std::size_t points = 0;
-      for (std::size_t lane = 0; lane < kLanes; ++lane)
-        points = std::max(points, polygons[patch(lane)].rule.size);
-      blocks_.push_back({data_.size(), points});
-      data_.resize(data_.size() + (kColumns + 4 * (kGaussPoints + points)) * kLanes);
-      for (std::size_t lane = kLanes; lane-- > 0;) {
-        const Polygon& p = polygons[patch(lane)];
-        place_[patch(lane)] = {blocks_.size() - 1, lane};
-        double* const column = data_.data() + blocks_.back().start + lane;
+      for (std::size_t k = first; k < std::min(first + kLanes, group.patches.size()); ++k) {
+        points = std::max(points, polygons[group.patches[k]].rule.size);
+        place_[group.patches[k]] = {blocks_.size(), k - first};
+      }
+      blocks_.push_back({size, points});
+      size += (kColumns + 4 * (kGaussPoints + points)) * kLanes;
+    }
+  }
+  first_block_.push_back(blocks_.size());
+  data_.resize(size);
+  tbb::parallel_for(std::size_t{0}, groups.size(), [&](std::size_t g) {
+    const std::vector<Index>& patches = groups[g].patches;
+    for (std::size_t block = first_block_[g]; block < first_block_[g + 1]; ++block) {
+      const std::size_t first = (block - first_block_[g]) * kLanes, points = blocks_[block].points;
+      for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        const Polygon& p =
+            polygons[patches[std::min(first + lane, patches.size() - 1)]];  // the last one again and again
+        double* const column = data_.data() + blocks_[block].start + lane;
         const auto set = [&](std::size_t c, double value) { column[c * kLanes] = value; };
         const auto set_vector = [&](std::size_t c, const Vec3& v) {
           for (Eigen::Index k = 0; k < 3; ++k) set(c + static_cast<std::size_t>(k), v[k]);
@@ -212,8 +222,7 @@ PatchColumns::PatchColumns(const std::vector<Polygon>& polygons, const std::vect
                             : p.rule.columns[c * p.rule.stride + std::min(k, p.rule.size - 1)]);
       }
     }
-  }
-  first_block_.push_back(blocks_.size());
+  });
 }
 
 void PatchColumns::mutual_areas(Index i, std::size_t group, std::vector<double>& areas) const {

@@ -181,6 +181,7 @@ std::vector<Node> tensor_nodes(const std::vector<Vec3>& c, const Vec3& normal) {
   constexpr std::array<double, n> x{0.1127016653792583, 0.5, 0.8872983346207417},
       w{5.0 / 18, 8.0 / 18, 5.0 / 18};
   std::vector<Node> nodes;
+  nodes.reserve(n * n);
   const polygon::BilinearQuad quad(c);
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = 0; j < n; ++j) {
@@ -195,6 +196,7 @@ std::vector<Node> tensor_nodes(const std::vector<Vec3>& c, const Vec3& normal) {
 // The 7-point rule of degree 5 on each triangle of a fan with signed areas [Radon1948].
 std::vector<Node> fan_nodes(const std::vector<Vec3>& c, const Vec3& normal) {
   std::vector<Node> nodes;
+  nodes.reserve(7 * c.size());
   const double root = std::sqrt(15.0);
   for (std::size_t k = 1; k + 1 < c.size(); ++k) {
     const double area = normal.dot((c[k] - c[0]).cross(c[k + 1] - c[0])) / 2;
@@ -229,6 +231,7 @@ Polygon::Polygon(std::vector<Vec3> c, const Vec3& unit_normal) : corners(std::mo
                   (corners[0] - corners[1] + corners[2] - corners[3]).norm() <= tolerance::kParallel * radius;
   if (corners.size() == 4) rule = columns_of(tensor_nodes(corners, normal));
   if (rule.size == 0) rule = columns_of(fan_nodes(corners, normal));
+  edges.reserve(corners.size());
   for (std::size_t k = 0; k < corners.size(); ++k) {
     const Vec3 d = corners[(k + 1) % corners.size()] - corners[k];
     const double length = d.norm();

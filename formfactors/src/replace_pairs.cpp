@@ -21,6 +21,9 @@ std::shared_ptr<const PairRows> compute_pairs(const PairwisePatches& chosen, con
     const Index i = chosen.patches[k];
     std::vector<double> all;
     chosen.factors->cluster_row(i, false, all);
+    const auto seen = static_cast<std::size_t>(std::ranges::count_if(all, [](double f) { return f != 0; }));
+    out->rows[k].reserve(seen);
+    out->columns[k].reserve(seen);
     for (Index j = 0; j < static_cast<Index>(all.size()); ++j) {
       if (all[j] == 0) continue;
       out->rows[k].push_back({j, rounded_down(all[j] / areas[i])});
@@ -104,31 +107,37 @@ void drop_hidden(RowList& rows, const std::vector<Index>& hidden) {
 ReplacedRows replace_by_pairs(RowList& rows, const PairRows& pairs, const Ranks* ranks) {
   ReplacedRows replaced(static_cast<Index>(rows.size()), pairs.patches);
   if (pairs.patches.empty()) return replaced;
-  RowList exact;
-  if (ranks == nullptr) {
-    for (std::size_t k = 0; k < pairs.patches.size(); ++k) rows[pairs.patches[k]] = pairs.rows[k];
-    exact = transpose(pairs.columns, rows.size());
-  } else {  // twice transposed, rows are with their owners
-    RowList sends(rows.size()), receives(rows.size());
-    for (std::size_t k = 0; k < pairs.patches.size(); ++k) {
-      sends[pairs.patches[k]] = pairs.rows[k];
-      receives[pairs.patches[k]] = pairs.columns[k];
-    }
-    sends = transpose(transpose(sends, ranks), ranks);
-    for (const Index i : pairs.patches) rows[i] = std::move(sends[i]);
-    exact = transpose(receives, ranks);
+  const auto count = static_cast<Index>(pairs.patches.size());
+  for (Index k = 0; k < count; ++k) rows[pairs.patches[k]] = ranks == nullptr ? pairs.rows[k] : Row();
+  if (ranks != nullptr) {
+    std::vector<Entry> sent;  // row k goes to its owner
+    Index of = 0;
+    const auto take_row = [&] {
+      if (!sent.empty()) rows[pairs.patches[of]] = Row(sent.begin(), sent.end());
+      sent.clear();
+    };
+    exchange_entries<float>(
+        *ranks, count, [&](Index k) { return pairs.rows[k].size(); },
+        [&](Index k, const auto& send) {
+          for (const Entry& e : pairs.rows[k]) send(ranks->owner(pairs.patches[k]), e.column, e.value);
+        },
+        [&](Index k, Index j, float value) {
+          if (k != of) take_row();
+          of = k;
+          sent.push_back({j, value});
+        });
+    take_row();
   }
+  const RowList exact = transpose(pairs.columns, rows.size(), ranks, pairs.patches);
   for_each_row(static_cast<Index>(rows.size()), [&](Index i) {
     if (replaced.has(i)) return;
-    if (ranks == nullptr)
-      for (Entry& e : exact[i]) e.column = pairs.patches[e.column];
-    Row merged;
-    merged.reserve(rows[i].size() + exact[i].size());
+    thread_local std::vector<Entry> merged;
+    merged.clear();
     merge(rows[i], exact[i], [&](Index j, double sampled, double pair) {
       const double f = replaced.has(j) ? pair : sampled;
       if (f > 0) merged.push_back({j, static_cast<float>(f)});
     });
-    rows[i] = std::move(merged);
+    rows[i] = Row(merged.begin(), merged.end());
   });
   return replaced;
 }

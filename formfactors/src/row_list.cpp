@@ -19,8 +19,31 @@ std::size_t count_entries(const RowList& rows) {
   return count;
 }
 
-// Blocks of rows are counted, then scattered, each on its own.
-RowList transpose(const RowList& rows, std::size_t columns) {
+RowList transpose(const RowList& rows, std::size_t columns, const Ranks* ranks,
+                  std::span<const Index> numbers) {
+  const auto number = [&](std::size_t i) { return numbers.empty() ? static_cast<Index>(i) : numbers[i]; };
+  RowList t(columns);
+  if (ranks != nullptr) {
+    std::vector<std::uint64_t> counts(columns, 0);
+    for (const Row& row : rows)
+      for (const Entry& e : row) ++counts[e.column];
+    ranks->sum(counts);
+    std::vector<int> owner(columns);
+    for (std::size_t j = 0; j < columns; ++j) {
+      owner[j] = ranks->owner(static_cast<Index>(j));
+      if (owner[j] == ranks->rank()) t[j].reserve(counts[j]);
+    }
+    exchange_entries<float>(
+        *ranks, static_cast<Index>(rows.size()), [&](Index i) { return rows[i].size(); },
+        [&](Index i, const auto& send) {
+          for (const Entry& e : rows[i]) send(owner[e.column], e.column, e.value);
+        },
+        [&](Index i, Index j, float value) {
+          t[j].push_back({number(static_cast<std::size_t>(i)), value});
+        });
+    return t;
+  }
+  // Blocks of rows are counted, then scattered, each on its own.
   constexpr std::size_t kBlocks = 16;
   const auto first = [&](std::size_t block) { return rows.size() * block / kBlocks; };
   std::vector<std::vector<std::uint32_t>> place(kBlocks, std::vector<std::uint32_t>(columns, 0));
@@ -28,7 +51,6 @@ RowList transpose(const RowList& rows, std::size_t columns) {
     for (std::size_t i = first(block); i < first(block + 1); ++i)
       for (const Entry& e : rows[i]) ++place[block][e.column];
   });
-  RowList t(columns);
   for_each_row(static_cast<Index>(columns), [&](Index j) {
     std::uint32_t sum = 0;
     for (auto& block : place) sum += std::exchange(block[j], sum);
@@ -36,31 +58,8 @@ RowList transpose(const RowList& rows, std::size_t columns) {
   });
   tbb::parallel_for(std::size_t{0}, kBlocks, [&](std::size_t block) {
     for (std::size_t i = first(block); i < first(block + 1); ++i)
-      for (const Entry& e : rows[i]) t[e.column][place[block][e.column]++] = {static_cast<Index>(i), e.value};
+      for (const Entry& e : rows[i]) t[e.column][place[block][e.column]++] = {number(i), e.value};
   });
-  return t;
-}
-
-RowList transpose(const RowList& rows, const Ranks* ranks) {
-  if (ranks == nullptr) return transpose(rows, rows.size());
-  const std::size_t n = rows.size();
-  std::vector<std::uint64_t> counts(n, 0);
-  for (const Row& row : rows)
-    for (const Entry& e : row) ++counts[e.column];
-  ranks->sum(counts);
-  RowList t(n);
-  for (std::size_t j = 0; j < n; ++j)
-    if (ranks->owns(static_cast<Index>(j))) t[j].reserve(counts[j]);
-  std::vector<int> owner(n);
-  for (std::size_t j = 0; j < n; ++j) owner[j] = ranks->owner(static_cast<Index>(j));
-  exchange_entries<float>(
-      *ranks, static_cast<Index>(n), [&](Index i) { return rows[i].size(); },
-      [&](Index i, const auto& send) {
-        for (const Entry& e : rows[i]) send(owner[e.column], e.column, e.value);
-      },
-      [&](Index i, Index j, float value) {
-        t[j].push_back({i, value});
-      });
   return t;
 }
 

@@ -8,13 +8,14 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <cstring>
 #include <limits>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "radiosity/formfactors/ranks.hpp"
 #include "radiosity/meshing/types.hpp"
+#include "row_memory.hpp"
 
 namespace radiosity {
 
@@ -23,15 +24,15 @@ struct Entry {
   Index column;
   float value;
 };
-using Row = std::vector<Entry>;
+using Row = std::vector<Entry, RowMemory<Entry>>;
 using RowList = std::vector<Row>;
 
 std::size_t count_entries(const RowList& rows);
 
-/// Mᵀ of a matrix M with so many columns.
-RowList transpose(const RowList& rows, std::size_t columns);
-/// Of a square M that several ranks hold, each some of its rows, the rows of Mᵀ that this one owns; the others are empty.
-RowList transpose(const RowList& rows, const Ranks* ranks);
+/// Mᵀ of a matrix M with so many columns. Of several ranks each has some rows of M, and gets those of Mᵀ that it owns; the others are
+/// empty. `numbers`: ascending, those of the rows in Mᵀ, where they are not 0, 1, 2, …
+RowList transpose(const RowList& rows, std::size_t columns, const Ranks* ranks,
+                  std::span<const Index> numbers = {});
 
 /// Rows [0, n) of which each is on one of several ranks, whichever, sent entry by entry. entries(i, send) calls send(rank, column, value) of
 /// row i, at most `most(i)` times; take(i, column, value) gets what was sent to this rank, rows ascending, and the entries of one in the
@@ -40,11 +41,14 @@ template <class Value, class Most, class Entries, class Take>
 void exchange_entries(const Ranks& ranks, Index n, const Most& most, const Entries& entries,
                       const Take& take) {
   struct Sent {
-    Index row, column;
+    Index column;  // or −1 − i: what follows is of row i
     Value value;
   };
   constexpr std::size_t kAtOnce = 1 << 18;
   const auto count = static_cast<std::size_t>(ranks.count());
+  std::vector<std::vector<Sent>> to(count);
+  std::vector<std::span<const Sent>> from(count);
+  std::vector<std::vector<std::byte>> received;
   for (Index first = 0; first < n;) {
     Index last = first;  // what the fullest of them sends at once
     for (std::size_t sent = 0; last < n; ++last) {
@@ -52,35 +56,27 @@ void exchange_entries(const Ranks& ranks, Index n, const Most& most, const Entri
       if (sent > kAtOnce && last > first) break;
     }
     last = static_cast<Index>(std::ranges::min(of_all(&ranks, last)));
-    std::vector<std::vector<std::byte>> to(count);
-    std::vector<Sent> own;
+    std::vector<Index> begun(count, -1);
+    for (auto& queue : to) queue.clear();
     for (Index i = first; i < last; ++i)
       entries(i, [&](int rank, Index column, Value value) {
-        const Sent sent{i, column, value};
-        if (rank == ranks.rank()) {
-          own.push_back(sent);
-          return;
-        }
-        const auto bytes = std::as_bytes(std::span(&sent, 1));
-        auto& queue = to[static_cast<std::size_t>(rank)];
-        queue.insert(queue.end(), bytes.begin(), bytes.end());
+        const auto r = static_cast<std::size_t>(rank);
+        if (std::exchange(begun[r], i) != i) to[r].push_back({-1 - i, {}});
+        to[r].push_back({column, value});
       });
-    const std::vector<std::byte> bytes = ranks.exchange(to);
-    std::vector<Sent> received(bytes.size() / sizeof(Sent));
-    if (!received.empty()) std::memcpy(received.data(), bytes.data(), bytes.size());
-    // Of each rank one after the other, its rows ascending: merged.
-    std::vector<std::span<const Sent>> runs{own};
-    for (auto at = received.begin(); at != received.end();) {
-      const auto end =
-          std::adjacent_find(at, received.end(), [](const Sent& a, const Sent& b) { return a.row > b.row; });
-      const auto next = end == received.end() ? end : end + 1;
-      runs.emplace_back(at, next);
-      at = next;
-    }
+    std::vector<std::span<const std::byte>> bytes;
+    for (const auto& queue : to) bytes.push_back(std::as_bytes(std::span(queue)));
+    ranks.exchange(bytes, received);
+    for (std::size_t r = 0; r < count; ++r)
+      from[r] = {reinterpret_cast<const Sent*>(received[r].data()), received[r].size() / sizeof(Sent)};
+    from[static_cast<std::size_t>(ranks.rank())] = to[static_cast<std::size_t>(ranks.rank())];
     for (Index i = first; i < last; ++i)
-      for (std::span<const Sent>& run : runs)
-        for (; !run.empty() && run.front().row == i; run = run.subspan(1))
-          take(i, run.front().column, run.front().value);
+      for (std::span<const Sent>& run : from) {
+        if (run.empty() || run.front().column != -1 - i) continue;
+        std::size_t k = 1;
+        for (; k < run.size() && run[k].column >= 0; ++k) take(i, run[k].column, run[k].value);
+        run = run.subspan(k);
+      }
     first = last;
   }
 }

@@ -28,12 +28,12 @@ void drop_isolated(RowList& rows, const Eigen::ArrayXd& target) {
 }
 
 MeasuredRows measure(RowList& rows, const Eigen::ArrayXd& areas, bool symmetrise, const Ranks* ranks) {
-  RowList t = transpose(rows, ranks);
+  RowList t = transpose(rows, rows.size(), ranks);
   MeasuredRows out{Eigen::ArrayXd(areas.size()), Eigen::ArrayXd(areas.size())};
   for_each_row(static_cast<Index>(rows.size()), [&](Index i) {
     Row& row = rows[i];
-    Row symmetric;
-    if (symmetrise) symmetric.reserve(row.size() + t[i].size());
+    thread_local std::vector<Entry> symmetric;
+    symmetric.clear();
     out.sums[i] = sum(row);
     double error = 0;
     merge(row, t[i], [&](Index j, double f_ij, double f_ji) {

@@ -23,7 +23,7 @@ class ThreadRanks final : public Ranks {
     std::barrier<> barrier;
     std::vector<std::span<std::uint64_t>> counted;
     std::vector<std::span<const double>> given;
-    std::vector<std::span<const std::vector<std::byte>>> sent;
+    std::vector<std::span<const std::span<const std::byte>>> sent;
   };
 
   ThreadRanks(std::shared_ptr<Shared> shared, int rank) : shared_(std::move(shared)), rank_(rank) {}
@@ -47,16 +47,17 @@ class ThreadRanks final : public Ranks {
     for (std::size_t r = 0; r < counts.size(); ++r) to = std::copy_n(shared_->given[r].data(), counts[r], to);
     shared_->barrier.arrive_and_wait();
   }
-  std::vector<std::byte> exchange(std::span<const std::vector<std::byte>> to) const override {
+  void exchange(std::span<const std::span<const std::byte>> to,
+                std::vector<std::vector<std::byte>>& from) const override {
     own(shared_->sent) = to;
     shared_->barrier.arrive_and_wait();
-    std::vector<std::byte> received;
-    for (const auto& sent : shared_->sent) {
-      const auto& mine = sent[static_cast<std::size_t>(rank_)];
-      received.insert(received.end(), mine.begin(), mine.end());
+    from.resize(shared_->sent.size());
+    for (std::size_t r = 0; r < from.size(); ++r) {
+      const auto& mine = shared_->sent[r][static_cast<std::size_t>(rank_)];
+      from[r].assign(mine.begin(), mine.end());
     }
+    own(from).clear();
     shared_->barrier.arrive_and_wait();
-    return received;
   }
 
  private:

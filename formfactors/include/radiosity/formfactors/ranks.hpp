@@ -40,8 +40,9 @@ class Ranks {
   /// What each rank gives, in the order of the ranks; counts: how many values each of them has.
   virtual void all_gather(std::span<const double> own, std::span<const int> counts,
                           std::span<double> all) const = 0;
-  /// to[r] goes to rank r; what comes back is from all of them, in their order. At most 2³¹ bytes either way.
-  virtual std::vector<std::byte> exchange(std::span<const std::vector<std::byte>> to) const = 0;
+  /// to[r] goes to rank r; from[r] becomes what came from there, of this rank nothing. Less than 2³¹ bytes between any two.
+  virtual void exchange(std::span<const std::span<const std::byte>> to,
+                        std::vector<std::vector<std::byte>>& from) const = 0;
 };
 
 // Of a run of one process, `ranks` is null: it owns all rows, and is of one mind with itself.
