@@ -86,6 +86,7 @@ FormFactorMatrix aggregate(const FormFactorMatrix& f, const Eigen::ArrayXd& area
           for (const auto& [j, sum] : received[i]) add(j, sum);
       }
       diagonals[g] = diagonal / area;
+      rows[g].reserve(sums.met.size());
       sums.empty(true, [&](Index j, double sum) {
         const double exact = sum / area;
         rows[g].push_back({j, rounded_down(exact)});

@@ -54,6 +54,7 @@ void take(const PartialRows& partial, ComputedRows& out, std::vector<std::uint8_
   for (std::size_t r = 0; r < done; ++r) {
     const Index i = partial.rows.empty() ? static_cast<Index>(r) : partial.rows[r];
     have[i] = 1;
+    if (!out.packed) out.rows[i].reserve(partial.start[r + 1] - partial.start[r]);
     for (std::size_t k = partial.start[r]; k < partial.start[r + 1]; ++k) {
       if (out.packed)
         out.dense_row(i)[partial.columns[k]] = partial.values[k];

@@ -151,6 +151,8 @@ Row dense_row(const FormFactorMatrix::Rows& dense, Index i, Index first) {
   const float* const values =
       dense.values.data() + static_cast<std::size_t>(i) * static_cast<std::size_t>(dense.n);
   Row row;
+  row.reserve(static_cast<std::size_t>(
+      std::count_if(values + first, values + dense.n, [](float f) { return f > 0; })));
   for (Index j = first; j < dense.n; ++j)
     if (values[j] > 0) row.push_back({j, values[j]});
   return row;

@@ -10,7 +10,8 @@ void free_row_bytes(void* piece, std::size_t bytes);
 
 /// Memory for rows while F is assembled: 10⁵ pieces of some kB, made in the order of the rows and freed in it. Each thread cuts them one
 /// after the other from chunks of large pages, where the system has them: a transposition writes to all rows at once, and faults of small
-/// pages took a fifth of an assembly. A chunk goes back to the system when the last piece of it is freed, by whatever thread.
+/// pages took a fifth of an assembly. A chunk goes back to the system when the last piece of it is freed, by whatever thread: a row
+/// that grows leaves holes, so its size is reserved.
 template <class T>
 struct RowMemory {
   using value_type = T;
