@@ -14,8 +14,10 @@ namespace radiosity::item_buffer {
 inline constexpr std::size_t kLanes = 16;
 /// Cells are stored in tiles of 4 × 4, one vector.
 inline constexpr int kTile = 4;
-/// What a cell holds that shows no patch's front; patch j is kLost + 1 + j.
+/// What a cell holds that shows no front; that of facet f is 1 + f.
 inline constexpr std::int32_t kLost = 0;
+/// Of a tile that shows more than two items.
+inline constexpr std::int32_t kMixed = -1;
 
 /// Convex polygons, all of three or all of four corners, counter-clockwise about the front normal, in scaled coordinates (see
 /// Visibility::scaled).
@@ -24,12 +26,14 @@ struct Polygons {
   /// Of each kLanes of them, kLanes numbers each: of every corner x, y, z and what single precision left of these; of every edge, from
   /// corner k to k + 1, 1 or, where another polygon may have it the other way round, −1 on one of the two.
   const float* numbers;
-  const std::int32_t *plane, *content;
+  const std::int32_t *plane, *content;  // content is kLost where a lane holds no polygon
 };
 inline constexpr std::size_t kNumbersPerCorner = 7;
 
 struct Items {
-  Polygons triangles, quads;
+  Polygons facet_triangles, facet_quads;  // facets, in pieces: content is 1 + the number of their plane
+  Polygons triangles, quads;   // patches of one facet in each kLanes of them, of facets that have several
+  const std::int32_t* single;  // of planes: the content of the only patch of their facet, or kLost
   std::size_t planes;
   const double *nx, *ny, *nz, *offset;  // of planes: n·x = offset
 };
@@ -57,22 +61,25 @@ struct Face {
 struct Buffers {
   float *pu, *pv, *pw;  // of planes: nearness of the cell (u, v, 1) of local axes
   std::int32_t* front;  // of planes: 1 front, −1 back, 0 edge on
-  std::int32_t* item;   // of cells: kLost or kLost + 1 + patch
+  std::int32_t* item;   // of cells: kLost or 1 + plane
   float* nearness;      // of cells
+  // Of tiles, and kLanes more: the items that their cells show. `second` is `first` where that is all, and kMixed where two are not.
+  std::int32_t *first, *second;
+  double* shares;  // of kLost and of planes, four each: what the cells say that is seen of them
+  std::int32_t*
+      content;  // of polygons of patches that are seen, with their factors; negative where cells told
+  float* factor;
 };
 
 /// The code for one level of processors. All of them give the same bits.
 struct Kernel {
   std::string_view level;
 
-  /// Fills buffers.item for the five faces.
-  void (*draw)(const Items& items, const View& view, const Face* faces, int resolution, std::size_t cells,
-               const Buffers& buffers);
-
-  /// sums[4·item + k] += weight · share over all cells, k a number that neighbouring cells do not share: additions to one
-  /// place would wait for each other.
-  void (*add_shares)(const std::int32_t* item, const float* share, std::size_t cells, double weight,
-                     double* sums);
+  /// sums[content] += weight · F from the eye to every patch. `share` is ΔF of cells, 0 beyond the borders of the faces, and their
+  /// sums of tiles. Gives the share of what is lost; with it F adds up to 1.
+  double (*add_factors)(const Items& items, const View& view, const Face* faces, int resolution,
+                        std::size_t cells, const float* share, const double* tile_share, double weight,
+                        const Buffers& buffers, double* sums);
 };
 
 /// Those that this processor can run, the fastest last.

@@ -69,6 +69,9 @@ inline constexpr double kConvex = 1e-9;
 /// In an item buffer, the back of a wall without thickness must lose against the front in the same place although both depths
 /// are rounded: at grazing angles single precision leaves some 1e-5 of the depth.
 inline constexpr float kDepthTie = 1e-4F;
+/// Facets in an item buffer reach beyond their edges by so much, relative to the cube's half-width: some roundings, so that no cell
+/// falls between an edge and those of several neighbours along it.
+inline constexpr float kEdgeSlack = 1e-6F;
 
 /// A scene is closed when at most this share of all sampled directions leaves it or meets the back of a patch: cracks
 /// between faces that do not share vertices, and rounding at edges.
