@@ -14,18 +14,19 @@ class Analytic final : public FormFactorMethod {
   void rows(Index first, Index last, bool upper, const Sink& sink) const override {
     const PatchMesh& mesh = visibility_.mesh();
     std::vector<double> row;
-    std::vector<Index> columns;
-    std::vector<double> values;
+    const Index n = mesh.cluster_count();
+    std::vector<Index> columns(static_cast<std::size_t>(n));
+    std::vector<double> values(columns.size());
     for (Index i = first; i < last; ++i) {
       pairs_.cluster_row(i, upper, row);
-      columns.clear();
-      values.clear();
-      for (Index j = upper ? i : 0; j < mesh.cluster_count(); ++j) {
-        if (row[j] == 0) continue;
-        columns.push_back(j);
-        values.push_back(row[j] / mesh.cluster_areas()[i]);
+      const double inverse = 1 / mesh.cluster_areas()[i];
+      std::size_t count = 0;
+      for (Index j = upper ? i : 0; j < n; ++j) {  // without a branch: zeros are overwritten
+        columns[count] = j;
+        values[count] = row[j] * inverse;
+        count += row[j] != 0 ? 1 : 0;
       }
-      sink(i, columns, values, std::nullopt);
+      sink(i, std::span(columns).first(count), std::span(values).first(count), std::nullopt);
     }
   }
   bool reciprocal() const override { return true; }

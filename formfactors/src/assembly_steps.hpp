@@ -118,6 +118,8 @@ RowScaling scaling_to_at_most_one(const Eigen::ArrayXd& row_sums, ReplacedRows r
 
 /// Large pages where the system has them: tiles of F touch many at a time.
 std::vector<float> zeros(std::size_t count);
+/// Rounded down, side by side; whether all are at least 0 and finite.
+bool store_factors(std::span<const double> values, float* row);
 /// Dense or sparse, whichever takes fewer bytes; finish(i, row) turns a row into what is stored of it. The rows are used up.
 FormFactorMatrix::Rows store(RowList& rows, const Ranks* ranks,
                              const std::function<void(Index, Row&)>& finish = {});

@@ -113,15 +113,19 @@ ComputedRows compute_rows(const FormFactorMethod& method, const Eigen::ArrayXd& 
     method.rows(first, last, upper,
                 [&](Index i, std::span<const Index> columns, std::span<const double> values,
                     std::optional<double> escaped) {
-                  require_factors(i, columns, values);
+                  const std::size_t count = values.size();
+                  const bool side_by_side =
+                      count > 0 && static_cast<std::size_t>(columns.back() - columns.front()) + 1 == count;
+                  if (!(out.packed && side_by_side && store_factors(values, out.dense_row(i) + columns[0])))
+                    require_factors(i, columns, values);
                   if (out.packed) {
                     float* const row = out.dense_row(i);
-                    for (std::size_t k = 0; k < values.size(); ++k) row[columns[k]] = rounded_down(values[k]);
+                    for (std::size_t k = 0; !side_by_side && k < count; ++k)
+                      row[columns[k]] = rounded_down(values[k]);
                   } else {
                     Row& row = out.rows[i];
-                    row.resize(values.size());
-                    for (std::size_t k = 0; k < row.size(); ++k)
-                      row[k] = {columns[k], rounded_down(values[k])};
+                    row.resize(count);
+                    for (std::size_t k = 0; k < count; ++k) row[k] = {columns[k], rounded_down(values[k])};
                   }
                   if (escaped)
                     (*out.escaped)[i] = *escaped;

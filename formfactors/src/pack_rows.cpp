@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "assembly_steps.hpp"
@@ -25,6 +26,23 @@ std::vector<float> zeros(std::size_t count) {
   advise_large_pages(values.data(), count * sizeof(float));
   values.resize(count);
   return values;
+}
+
+namespace {
+
+RADIOSITY_CLONES std::uint64_t store_rounded(const double* values, std::size_t count, float* row) {
+  std::uint64_t wrong = 0;
+  for (std::size_t k = 0; k < count; ++k) {
+    row[k] = rounded_down(values[k]);
+    wrong |= values[k] >= 0 && values[k] <= std::numeric_limits<double>::max() ? 0 : 1;
+  }
+  return wrong;
+}
+
+}  // namespace
+
+bool store_factors(std::span<const double> values, float* row) {
+  return store_rounded(values.data(), values.size(), row) == 0;
 }
 
 FormFactorMatrix::Rows store(RowList& rows, const Ranks* ranks,

@@ -163,6 +163,12 @@ std::uint64_t PairCounts::*PairFactors::approach(Index i, std::size_t group) con
 void PairFactors::cluster_row(Index cluster, bool upper, std::vector<double>& row) const {
   const PatchMesh& mesh = visibility_.mesh();
   row.assign(mesh.cluster_count(), 0);
+  if (!mesh.clustered()) {
+    for_each_in_row(cluster, upper, [&](Index j, double mutual) {
+      if (const Index to = mesh.original(j); !upper || to >= cluster) row[to] += mutual;
+    });
+    return;
+  }
   for (const Index i : mesh.members(cluster))
     for_each_in_row(i, upper && !mesh.clustered(), [&](Index j, double mutual) {
       if (const Index to = mesh.cluster(j); !upper || to >= cluster) row[to] += mutual;

@@ -63,12 +63,16 @@ class PairFactors {
       }
       const bool free = sees_all_of(i, group);
       columns_.mutual_areas(i, group, areas);
-      for (; j != patches.end(); ++j) {
-        const double area = areas[static_cast<std::size_t>(j - patches.begin())];
-        const double mutual = free ? (++counts.free, area != PatchColumns::kNear ? area : near_area(i, *j))
-                                   : mutual_area(i, *j, area, counts);
-        if (mutual > 0) f(*j, mutual);
+      const double* area = areas.data() + (j - patches.begin());
+      if (free) {
+        counts.free += static_cast<std::uint64_t>(patches.end() - j);
+        for (; j != patches.end(); ++j, ++area)
+          if (const double mutual = *area != PatchColumns::kNear ? *area : near_area(i, *j); mutual > 0)
+            f(*j, mutual);
+        continue;
       }
+      for (; j != patches.end(); ++j, ++area)
+        if (const double mutual = mutual_area(i, *j, *area, counts); mutual > 0) f(*j, mutual);
     }
     add(counts);
   }
