@@ -71,7 +71,10 @@ void tell_error(const Console& console, const ErrorEstimate& error) {
   const auto part = [&](const std::optional<double>& share) { return share ? percent(*share) : "unknown"; };
   console.line("error", "{} of the reflected light (rms): form factors {}, patches {}{}, solver {}{}",
                error.total ? "about " + percent(*error.total) : "total unknown;", part(error.form_factors),
-               part(error.patches), error.order ? fmt::format(" (falls as size^{:.2g})", *error.order) : "",
+               part(error.patches),
+               error.order ? fmt::format(" ({}falls as size^{:.2g})",
+                                         error.correction.size() > 0 ? "corrected, " : "", *error.order)
+                           : "",
                percent(error.solver), error.gather ? ", elements " + percent(*error.gather) : "");
   for (const std::string& note : error.notes) console.line("", "{}", note);
 }

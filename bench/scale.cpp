@@ -158,6 +158,11 @@ int main(int argc, char** argv) {
         solved.elements ? 100 * solved.elements->noise() : 0,
         solved.error && solved.error->total ? fmt::format("{:.2f}", 100 * *solved.error->total) : "unknown",
         100 * t.error, 100 * t.standard_error);
+    if (solved.accuracy)
+      for (const AccuracyRound& round : solved.accuracy->rounds)
+        fmt::print("  {} of {} samples, {} patches: {:.2f} s, form factors {:.2f} %, patches {:.2f} %\n",
+                   round.method->name, round.options.samples, round.patches, round.seconds,
+                   100 * round.error.form_factors.value_or(NAN), 100 * round.error.patches.value_or(NAN));
     std::fflush(stdout);
   }
   return 0;

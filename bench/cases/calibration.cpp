@@ -17,6 +17,7 @@ namespace {
 struct Setting {
   std::string_view method;
   FormFactorOptions options;
+  bool extrapolate = false;
 };
 
 std::vector<Setting> settings_of(std::string_view method) {
@@ -25,7 +26,10 @@ std::vector<Setting> settings_of(std::string_view method) {
                            {"hemisphere", {.samples = 256}},
                            {"hemisphere", {.samples = 4096}},
                            {"hemicube", {.samples = 1, .resolution = 64}},
-                           {"hemicube", {}}};
+                           {"hemicube", {}},
+                           {"analytic", {}, true},
+                           {"hemisphere", {.samples = 4096}, true},
+                           {"hemicube", {}, true}};
   std::erase_if(all, [&](const Setting& setting) { return !method.empty() && setting.method != method; });
   return all;
 }
@@ -34,6 +38,7 @@ std::string name_of(const Setting& setting) {
   std::string name(setting.method);
   if (setting.options.has_samples()) name += fmt::format(", {} samples", setting.options.samples);
   if (setting.options.has_resolution()) name += fmt::format(", {} cells", setting.options.resolution);
+  if (setting.extrapolate) name += ", extrapolated";
   return name;
 }
 
@@ -45,6 +50,7 @@ SolvedScene solved(const Scene& scene, const PatchOptions& patches, const Settin
   settings.resolution = setting.options.resolution;
   SolveOptions options;
   options.estimate_error = estimate;
+  options.extrapolate = setting.extrapolate;
   return solve_scene(scene, settings, options);
 }
 
@@ -125,6 +131,7 @@ std::vector<CalibrationCase> calibration(int rooms, bool smaller_too,
     const Scene scene = scene_of(mesh);
     const SolvedScene exact = solved(scene, KeepFaces{}, {"analytic", {.samples = 256}}, false);
     for (const Setting& setting : settings) {
+      if (setting.extrapolate) continue;  // to smaller patches
       const SolvedScene result = solved(scene, KeepFaces{}, setting, true);
       add(fmt::format("{}, {} faces", name, mesh.patch_count()), setting,
           relative(result.patches.mesh, result.solution.radiosity, exact.solution.radiosity),

@@ -151,6 +151,7 @@ Json to_json(const ErrorEstimate& error) {
           {"known", error.known},
           {"largest", to_json(error.largest)},
           {"order", to_json(error.order)},
+          {"extrapolated", error.correction.size() > 0},
           {"notes", error.notes}};
 }
 

@@ -221,6 +221,7 @@ std::optional<Coarsening> coarser(const SolvedProblem& problem, const FormFactor
 struct CoarseError {
   BandArray difference;
   Eigen::ArrayXd relative_square;  // per band
+  BandArray radiosity;             // on the larger patches
 };
 
 CoarseError coarse_error(const SolvedProblem& problem, const FormFactorMatrix& f, const Coarsening& larger) {
@@ -243,13 +244,12 @@ CoarseError coarse_error(const SolvedProblem& problem, const FormFactorMatrix& f
   const Applied applied(aggregated, ranks);
   const RadiositySystem system(applied.form_factors(), areas, of_first(mesh.reflectance()), emission,
                                of_first(mesh.absorptance()));
-  const BandArray radiosity = problem.solver.solve(system, quiet(problem.solver_options)).radiosity;
-  CoarseError out{
-      radiosity - restrict_to(larger, mesh.cluster_areas(), mesh.per_cluster(problem.solution.radiosity)),
-      {}};
+  CoarseError out{{}, {}, problem.solver.solve(system, quiet(problem.solver_options)).radiosity};
+  out.difference =
+      out.radiosity - restrict_to(larger, mesh.cluster_areas(), mesh.per_cluster(problem.solution.radiosity));
   for (Index p = 0; p < larger.count; ++p)
     if (members[p] == 1) out.difference.row(p).setConstant(kNan);
-  out.relative_square = mean_square(areas, out.difference, radiosity - emission);
+  out.relative_square = mean_square(areas, out.difference, out.radiosity - emission);
   return out;
 }
 
@@ -257,7 +257,22 @@ struct PatchError {
   Eigen::ArrayXd relative_square;  // per band
   double order;
   BandArray per_patch;
+  BandArray correction;  // of H
 };
+
+// See ErrorEstimate::correction.
+BandArray correction_by(const SolvedProblem& problem, const FormFactorMatrix& f, const Coarsening& larger,
+                        const BandArray& radiosity_of_larger) {
+  constexpr double kShare = 0.45, kMost = 0.5;
+  const PatchMesh& mesh = problem.patches.mesh;
+  const BandArray within =
+      mesh.per_cluster(problem.solution.radiosity) - radiosity_of_larger(larger.parent, Eigen::all);
+  const Applied applied(f, problem.assembly.ranks);
+  BandArray out;
+  applied.form_factors().apply(within, out);
+  const BandArray most = kMost * mesh.per_cluster(problem.solution.irradiance);
+  return (kShare * out).max(-most).min(most);
+}
 
 std::optional<PatchError> patch_error(const SolvedProblem& problem, const FormFactorMatrix& f,
                                       std::vector<std::string>& notes) {
@@ -285,7 +300,16 @@ std::optional<PatchError> patch_error(const SolvedProblem& problem, const FormFa
     const auto error = half.difference.row(twice->parent[i]).abs() / (gain - 1);
     per_patch.row(i) = error.isNaN().select(0.0, error);
   }
-  return PatchError{half.relative_square / ((gain - 1) * (gain - 1)), std::log2(gain), per_patch};
+  PatchError out{half.relative_square / ((gain - 1) * (gain - 1)), std::log2(gain), per_patch, {}};
+  if (problem.extrapolate) {
+    // The less an order shows, the less is it that of smaller patches.
+    constexpr double kLeft = 0.65, kLeftWithoutOrder = 0.9;
+    const double left = std::lerp(kLeftWithoutOrder, kLeft, std::clamp(measured, 0.0, 1.0));
+    out.relative_square *= left * left;
+    out.per_patch *= left;
+    out.correction = correction_by(problem, f, *twice, half.radiosity);
+  }
+  return out;
 }
 
 // What `compute` gives; nothing, and a note, where it has not the memory or breaks a rule: the solution stands without it.
@@ -326,6 +350,7 @@ ErrorEstimate estimate(const SolvedProblem& problem, std::unique_ptr<const FormF
     out.order = patches->order;
     square += patches->relative_square;
     out.per_patch += patches->per_patch.square();
+    if (problem.extrapolate) out.correction = mesh.per_patch(patches->correction);
   }
 
   const auto method = problem.method.make(problem.visibility, problem.form_factor_options);
@@ -366,12 +391,29 @@ std::optional<ErrorEstimate> estimate_error(const SolvedProblem& problem,
   ErrorEstimate out =
       estimate({scene, patches, problem.visibility, problem.method, problem.form_factor_options,
                 problem.assembly, problem.solver, problem.solver_options, solution, problem.lamps,
-                problem.unrestored, problem.unreliable, problem.pair_rows},
+                problem.unrestored, problem.unreliable, problem.pair_rows, problem.extrapolate},
                std::move(form_factors));
-  out.per_patch.rowwise() *= unit.transpose();
+  for (BandArray* values : {&out.per_patch, &out.correction}) values->rowwise() *= unit.transpose();
   return out;
 } catch (const Stopped&) {
   return std::nullopt;
+}
+
+void extrapolate(const PatchMesh& mesh, const Eigen::ArrayXd& escaped, const BandArray& correction,
+                 Solution& solution) {
+  const BandArray reflected = mesh.reflectance() * correction;
+  solution.irradiance += correction;
+  solution.radiosity += reflected;
+  solution.vertex_radiosity = vertex_values(mesh, solution.radiosity);
+  const auto power = [&](const BandArray& exitance) -> BandValues {
+    return (exitance.colwise() * mesh.cluster_areas()).colwise().sum().transpose();
+  };
+  EnergyBalance& energy = solution.energy;
+  energy.absorbed_w += power(mesh.per_cluster(mesh.absorptance() * correction));
+  energy.escaped_w += power(mesh.per_cluster(reflected).colwise() * escaped);
+  energy.imbalance =
+      (energy.emitted_w > 0)
+          .select((energy.emitted_w - energy.absorbed_w - energy.escaped_w) / energy.emitted_w, 0.0);
 }
 
 }  // namespace radiosity

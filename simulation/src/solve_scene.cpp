@@ -283,6 +283,7 @@ SolvedScene solve_once(const SceneToSolve& task, const SceneSettings& settings, 
   }
 
   Stopwatch watch;
+  Eigen::ArrayXd escaped;
   const std::unique_ptr<Solver> solver = task.options.make_solver ? task.options.make_solver() : info.make();
   {
     std::optional<DistributedFormFactors> distributed;
@@ -306,6 +307,7 @@ SolvedScene solve_once(const SceneToSolve& task, const SceneSettings& settings, 
       done = std::max(done, solved_fraction(residual, options.tolerance));
       return on_all(ranks.get(), progress(done));
     };
+    escaped = system.escaped();
     out.solution =
         assembly.completed ? solve(*solver, system, mesh, options) : nothing_exchanged(mesh, system);
   }
@@ -326,8 +328,10 @@ SolvedScene solve_once(const SceneToSolve& task, const SceneSettings& settings, 
     out.error = estimate_error(
         {scene, out.patches, prepared.visibility(), *prepared.chosen().info, prepared.chosen().options,
          assembly_options(task, SolveStage::error), *solver, out.solver_options, out.solution, assembly.lamps,
-         assembly.unrestored(), assembly.unreliable, assembly.pair_rows},
+         assembly.unrestored(), assembly.unreliable, assembly.pair_rows, task.options.extrapolate},
         std::move(matrix));
+    if (out.error && out.error->correction.size() > 0)
+      extrapolate(mesh, escaped, out.error->correction, out.solution);
     out.seconds.error = watch.lap();
     prepared.ended(SolveStage::error);
   }

@@ -33,6 +33,7 @@ SolveOptions options_of_rounds(SolveOptions options) {
   options.ended = {};
   options.step = {};
   options.estimate_error = true;
+  options.extrapolate = true;
   return options;
 }
 

@@ -35,7 +35,7 @@ std::size_t count_of(const std::string& part, const std::string& text) {
   return count;
 }
 
-// The processes that mpiexec started.
+// The processes that mpiexec started and that have not ended.
 std::vector<pid_t> children(pid_t parent) {
   std::vector<pid_t> found;
   std::error_code gone;
@@ -46,7 +46,7 @@ std::vector<pid_t> children(pid_t parent) {
     std::string text;
     std::getline(stat, text);
     const std::size_t end = text.rfind(") ");  // of the name; then the state and the parent
-    if (end != std::string::npos && std::atoi(text.c_str() + end + 4) == parent)
+    if (end != std::string::npos && text[end + 2] != 'Z' && std::atoi(text.c_str() + end + 4) == parent)
       found.push_back(static_cast<pid_t>(std::stol(name)));
   }
   return found;
@@ -185,7 +185,8 @@ TEST_F(OnSeveralRanks, AnErrorIsToldOnceAndEndsAll) {
   EXPECT_FALSE(files().contains("x.vtp"));
 }
 
-// Kills one of its processes after a while. Fails where the others go on.
+// Kills one of its processes after a while. Fails where the others go on. Where they have ended and mpiexec has not, the
+// fault is its own (that of Open MPI 4.1 may wait for a lock of its own for ever).
 void run_and_kill_a_rank(const fs::path& folder, const std::vector<std::string>& arguments,
                          std::chrono::milliseconds after, std::size_t which) {
   const pid_t mpiexec = fork();
@@ -204,13 +205,15 @@ void run_and_kill_a_rank(const fs::path& folder, const std::vector<std::string>&
   std::this_thread::sleep_for(after);
   const std::vector<pid_t> ranks = children(mpiexec);
   if (!ranks.empty()) kill(ranks[which % ranks.size()], SIGKILL);
-  int status = 0;
   const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(30);
-  while (waitpid(mpiexec, &status, WNOHANG) != mpiexec) {
+  while (waitpid(mpiexec, nullptr, WNOHANG) != mpiexec) {
     if (std::chrono::steady_clock::now() > until) {
-      ADD_FAILURE() << "the other ranks go on";
-      kill(mpiexec, SIGTERM);
-      waitpid(mpiexec, &status, 0);
+      for (const pid_t rank : children(mpiexec)) {
+        ADD_FAILURE() << "a rank goes on";
+        kill(rank, SIGKILL);
+      }
+      kill(mpiexec, SIGKILL);
+      waitpid(mpiexec, nullptr, 0);
       break;
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(20));

@@ -11,6 +11,7 @@
 #include "cases/calibration.hpp"
 #include "cases/scenes.hpp"
 #include "radiosity/simulation/restrict_to.hpp"
+#include "radiosity/simulation/solve_scene.hpp"
 
 namespace radiosity::test {
 namespace {
@@ -87,6 +88,57 @@ TEST(ErrorEstimate, IsHonestOnScenesWithKnownAnswersAndOnARandomRoom) {
   // The truth below twice the estimate in 19 of 20 cases, the estimate not above ten times the truth in the median.
   EXPECT_GE(ratios[ratios.size() / 20], 0.5);
   EXPECT_LE(ratios[ratios.size() / 2], 10);
+}
+
+SolvedScene solved(const Scene& scene, double size, bool extrapolate) {
+  SceneSettings settings;
+  settings.patches = PatchSize{size};
+  settings.method = "analytic";
+  SolveOptions options;
+  options.extrapolate = extrapolate;
+  return solve_scene(scene, settings, options);
+}
+
+TEST(Extrapolation, TakesAThirdOffTheErrorOfPatchesAndSaysWhatIsLeft) {
+  const Scene scene = lit_cube(0.2, 0.7, 0.5);
+  const SolvedScene reference = solved(scene, 1.0 / 16, false);
+  for (const double size : {0.25, 0.125}) {
+    const SolvedScene as_solved = solved(scene, size, false), corrected = solved(scene, size, true);
+    const double before = true_error({*as_solved.error, as_solved.patches, as_solved.solution.radiosity},
+                                     reference.patches.mesh, reference.solution.radiosity);
+    const double after = true_error({*corrected.error, corrected.patches, corrected.solution.radiosity},
+                                    reference.patches.mesh, reference.solution.radiosity);
+    EXPECT_LT(after, 0.67 * before) << size;
+    EXPECT_LT(*corrected.error->patches, 0.7 * *as_solved.error->patches) << size;
+    EXPECT_GT(*corrected.error->patches, after / 2) << size;
+  }
+}
+
+TEST(Extrapolation, KeepsBAndHAndTheBalanceOfPowerTogether) {
+  const SolvedScene as_solved = solved(box_on_floor(), 0.17, false);
+  EXPECT_EQ(as_solved.error->correction.size(), 0);
+  const SolvedScene out = solved(random_room(3), 0.7, true);
+  const PatchMesh& mesh = out.patches.mesh;
+  const Solution& s = out.solution;
+  EXPECT_GT(out.error->correction.abs().maxCoeff(), 0);
+  EXPECT_TRUE((s.irradiance >= 0).all());
+  EXPECT_LT((s.radiosity - mesh.emission() - mesh.reflectance() * s.irradiance).abs().maxCoeff(),
+            1e-6 * s.radiosity.maxCoeff());  // that of the solver
+  EXPECT_TRUE((s.vertex_radiosity == vertex_values(mesh, s.radiosity)).all());
+  const double absorbed =
+      ((mesh.absorptance() * s.irradiance).colwise() * mesh.areas()).colwise().sum().maxCoeff();
+  EXPECT_NEAR(s.energy.absorbed_w.maxCoeff(), absorbed, 1e-12 * absorbed);
+  EXPECT_LT(std::abs(s.energy.imbalance[0]), 0.01);
+  // What it changes is within half of the light on each patch.
+  const BandArray before = s.irradiance - out.error->correction;
+  EXPECT_TRUE((out.error->correction.abs() <= 0.5 * before * (1 + 1e-12)).all());
+}
+
+TEST(Extrapolation, LeavesAFurnaceAlone) {
+  const SolvedScene furnace = solved(box_on_floor(), 0.17, true);
+  const BandArray& b = furnace.solution.radiosity;
+  for (Index i = 0; i < b.rows(); ++i)  // E/(1 − ρ), or E where the box stands
+    EXPECT_LT(std::min(std::abs(b(i, 0) - 2), std::abs(b(i, 0) - 1)), 1e-6) << i;
 }
 
 TEST(ErrorEstimate, FindsNoErrorOfFormFactorsThatAreExact) {

@@ -25,8 +25,11 @@ struct ErrorEstimate {
   std::optional<double> total;  ///< the same where all of it is known, absent where it is not
   /// Largest error of a patch over what it reflects, of those that reflect 1 % of the mean or more; absent where the total is.
   std::optional<double> largest;
-  std::optional<double> order;     ///< p, measured: the error of the patches falls as size^p
-  BandArray per_patch;             ///< n × bands, W/m²; of the parts that are known
+  std::optional<double> order;  ///< p, measured: the error of the patches falls as size^p
+  BandArray per_patch;          ///< n × bands, W/m²; of the parts that are known
+  /// What larger patches tell of the error of the patches, to be added to H (see extrapolate): n × bands, W/m². Empty where that was not
+  /// asked for, or they tell nothing.
+  BandArray correction;
   std::vector<std::string> notes;  ///< what could not be estimated, and why
 };
 
@@ -46,6 +49,7 @@ struct SolvedProblem {
   std::vector<std::pair<Index, double>> unreliable = {};  ///< AssemblyReport::unreliable
   /// AssemblyReport::pair_rows: what was computed pair by pair has no noise of directions, and no other rows are spared it.
   std::shared_ptr<const PairRows> pair_rows = {};
+  bool extrapolate = false;  ///< what the error of the patches would be once its `correction` is added
 };
 
 /// Estimates the error of a solution by solving cheaper problems:
@@ -60,6 +64,11 @@ struct SolvedProblem {
 /// with the means of B over them. With an error C h^p
 ///   E₂ = C h^p (2^p − 1),  E₄ = C h^p (4^p − 1)  ⇒  2^p = E₄/E₂ − 1  (Richardson, the order measured, kept within [1.15, 3/2]).
 /// The error of B is then E₂ / (2^p − 1). The form factors are those of the solution, so that what they are wrong by is in neither.
+/// On patches twice as large B was B₂, so H without what B does within them is F B₂, and with it F B = H. Patches half as large would
+/// add to H a share of what that made of it:
+///   H' = H + c F (B − B₂),  c = 1 / (2^p − 1) = 0.45 for p = 1.7,
+/// of each patch half of H at most. What is then left of the error is taken to be 0.65 of it where E₄/E₂ shows an order, 0.9 where it
+/// shows none (docs/calibration.md).
 ///
 /// Solver: the residual, a share of the power emitted, is amplified at most as much as that power is: the relative error
 /// of the total radiosity is the residual.
@@ -75,5 +84,10 @@ struct SolvedProblem {
 /// F is that of the solution; it is freed as soon as it has been read. Nothing where the progress function asked to stop.
 std::optional<ErrorEstimate> estimate_error(const SolvedProblem& problem,
                                             std::unique_ptr<const FormFactorMatrix> form_factors);
+
+/// Adds the correction of an estimate to H, and what it means to B and to the balance of power. `escaped` is 1 − Σ_j F_ij of each cluster.
+/// The residual stays that of what was solved.
+void extrapolate(const PatchMesh& mesh, const Eigen::ArrayXd& escaped, const BandArray& correction,
+                 Solution& solution);
 
 }  // namespace radiosity

@@ -36,6 +36,9 @@ std::size_t memory_limit(std::size_t asked);
 struct SolveOptions {
   bool close = true;           ///< restore reciprocity and closure
   bool estimate_error = true;  ///< solve cheaper problems too, to tell how far the result is off
+  /// Where the error is estimated: take off what larger patches tell of that of the patches (see estimate_error). It always is on the
+  /// way to an accuracy.
+  bool extrapolate = false;
   /// Largest error that is wanted, as ErrorEstimate::total. Patches, samples, tolerance, and the method where it is "auto" or not
   /// given, are then found in rounds, and those of the settings are not used.
   std::optional<double> accuracy = {};
