@@ -208,21 +208,6 @@ TEST_F(Solve, SaysWhichMethodAutoChoseAndWhy) {
   EXPECT_THAT(result.out, HasSubstr("chosen: "));
 }
 
-// The sizes are those of ErrorEstimate.SaysWhichPartItHasNoMemoryFor; beside them 100 rows of lamps that may see 500 patches each.
-TEST_F(Solve, WritesTheResultWhereItsErrorCannotBeEstimatedForWantOfMemory) {
-  write_cube();
-  ASSERT_EQ(run({"solve", "cube.toml", "-o", "fine.vtp", "--patch-size", "0.1"}).status, 0);
-  const Outcome result =
-      run({"solve", "fine.vtp", "-o", "out.vtp", "--patch-size", "none", "--method", "hemicube", "--samples",
-           "1", "--resolution", "8", "--memory-limit", "0.007", "--report", "out.json"});
-  EXPECT_EQ(result.status, 0);
-  EXPECT_EQ(result.err, "");
-  EXPECT_THAT(result.out, AllOf(HasSubstr("total unknown"), HasSubstr("not estimated: memory limit")));
-  EXPECT_EQ(solved().mesh.patch_count(), 600);
-  EXPECT_TRUE(report().at("error").at("form_factors").is_null());
-  EXPECT_TRUE(report().at("error").at("total").is_null());
-}
-
 TEST_F(Solve, KnowsNoTotalErrorWhereTheFacesAreKeptAsTheyAre) {
   write_cube();
   const Outcome result =
