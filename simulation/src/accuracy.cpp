@@ -74,11 +74,15 @@ AccuracyPlan scale(std::span<const AccuracyRound> rounds, const AccuracyRound& r
 
   const double noise_share = noise > 0 ? (b / q) / (a / p + b / q) : 0;
   // Where joined patches did not tell the error of the patches, smaller ones must.
-  const auto growth_to = [&](double error_squared) {
-    return round.error.patches
-               ? std::clamp(std::pow(patch_error * patch_error / error_squared, 1 / p), 0.25, most_patches)
-               : 4;
+  const auto all_growth_to = [&](double error_squared) {
+    return round.error.patches ? std::max(std::pow(patch_error * patch_error / error_squared, 1 / p), 0.25)
+                               : 4;
   };
+  const auto growth_to = [&](double error_squared) {
+    return std::min(all_growth_to(error_squared), most_patches);
+  };
+  const double all_patches = all_growth_to(squared * (1 - noise_share));
+  double all_samples = 1;
   double more_patches = growth_to(squared * (1 - noise_share));
   double more_samples = 1;
   double noise_squared = noise * noise * std::pow(more_patches, -s);
@@ -86,6 +90,9 @@ AccuracyPlan scale(std::span<const AccuracyRound> rounds, const AccuracyRound& r
     const double wanted = std::pow(noise_squared / (squared * noise_share), 1 / q);
     // Samples are whole and bounded: what is then over or under goes to the patches, but for what another step can mend.
     const double samples = static_cast<double>(round.options.samples);
+    all_samples =
+        std::clamp(std::pow(noise * noise * std::pow(all_patches, -s) / (squared * noise_share), 1 / q),
+                   std::min(1.0, kind.least / samples), std::max(1.0, kind.most / samples));
     more_samples = std::clamp(wanted, std::min(1.0, kind.least / samples),
                               std::max(1.0, std::min(kind.most / samples, kMostMoreSamples)));
     noise_squared *= std::pow(more_samples, -q);
@@ -103,6 +110,8 @@ AccuracyPlan scale(std::span<const AccuracyRound> rounds, const AccuracyRound& r
   plan.tolerance = kSolverShare * target;
   plan.error = std::sqrt(noise_squared + patch_error * patch_error * std::pow(more_patches, -p)) / kAim;
   plan.seconds = round.seconds * std::pow(more_patches, a) * std::pow(more_samples, b);
+  plan.seconds_of_goal =
+      std::max(plan.seconds, round.seconds * std::pow(all_patches, a) * std::pow(all_samples, b));
   plan.bytes = assembly_bytes(plan.patches, kind.dense ? plan.patches : plan.options.samples);
   return plan;
 }
@@ -128,7 +137,7 @@ std::optional<AccuracyPlan> plan_accuracy(std::span<const AccuracyRound> rounds,
     std::optional<AccuracyPlan> best;
     for (const AccuracyRound* round : latest) {
       const AccuracyPlan plan = scale(rounds, *round, kAim * target);
-      if (fits(plan) && (!best || plan.seconds < best->seconds)) best = plan;
+      if (fits(plan) && (!best || plan.seconds_of_goal < best->seconds_of_goal)) best = plan;
     }
     if (best) return best;
     if (!std::isfinite(reached) && target > 1) break;

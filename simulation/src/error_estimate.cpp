@@ -393,7 +393,8 @@ std::optional<ErrorEstimate> estimate_error(const SolvedProblem& problem,
                 problem.assembly, problem.solver, problem.solver_options, solution, problem.lamps,
                 problem.unrestored, problem.unreliable, problem.pair_rows, problem.extrapolate},
                std::move(form_factors));
-  for (BandArray* values : {&out.per_patch, &out.correction}) values->rowwise() *= unit.transpose();
+  for (BandArray* values : {&out.per_patch, &out.correction})
+    if (values->size() > 0) values->rowwise() *= unit.transpose();
   return out;
 } catch (const Stopped&) {
   return std::nullopt;

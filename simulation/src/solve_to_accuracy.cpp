@@ -15,7 +15,7 @@
 namespace radiosity {
 namespace {
 
-constexpr Index kPilotPatches = 600;  // seconds at most, whatever the method
+constexpr Index kPilotPatches = 750;  // seconds at most, whatever the method
 
 // Methods that are tried, too, where the plan takes longer than this without them.
 struct OtherPilot {

@@ -38,6 +38,8 @@ struct AccuracyPlan {
   double patches = 0;             ///< expected
   double error = 0;               ///< expected; above the goal where time or memory do not reach further
   double seconds = 0, bytes = 0;  ///< expected
+  double seconds_of_goal =
+      0;  ///< expected of the solve that reaches the goal: more where this one is a step towards it
 };
 
 /// The cheapest solve that should reach the goal, by what the last round of each method showed. With n patches and N samples, the
