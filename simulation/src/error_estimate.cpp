@@ -303,7 +303,7 @@ std::optional<PatchError> patch_error(const SolvedProblem& problem, const FormFa
   PatchError out{half.relative_square / ((gain - 1) * (gain - 1)), std::log2(gain), per_patch, {}};
   if (problem.extrapolate) {
     // The less an order shows, the less is it that of smaller patches.
-    constexpr double kLeft = 0.65, kLeftWithoutOrder = 0.9;
+    constexpr double kLeft = 0.75, kLeftWithoutOrder = 0.9;
     const double left = std::lerp(kLeftWithoutOrder, kLeft, std::clamp(measured, 0.0, 1.0));
     out.relative_square *= left * left;
     out.per_patch *= left;

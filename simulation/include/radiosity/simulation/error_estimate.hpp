@@ -67,7 +67,7 @@ struct SolvedProblem {
 /// On patches twice as large B was B₂, so H without what B does within them is F B₂, and with it F B = H. Patches half as large would
 /// add to H a share of what that made of it:
 ///   H' = H + c F (B − B₂),  c = 1 / (2^p − 1) = 0.45 for p = 1.7,
-/// of each patch half of H at most. What is then left of the error is taken to be 0.65 of it where E₄/E₂ shows an order, 0.9 where it
+/// of each patch half of H at most. What is then left of the error is taken to be 0.75 of it where E₄/E₂ shows an order, 0.9 where it
 /// shows none (docs/calibration.md).
 ///
 /// Solver: the residual, a share of the power emitted, is amplified at most as much as that power is: the relative error
