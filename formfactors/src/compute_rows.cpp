@@ -116,13 +116,13 @@ ComputedRows compute_rows(const FormFactorMethod& method, const Eigen::ArrayXd& 
                   const std::size_t count = values.size();
                   const bool side_by_side =
                       count > 0 && static_cast<std::size_t>(columns.back() - columns.front()) + 1 == count;
-                  if (!(out.packed && side_by_side && store_factors(values, out.dense_row(i) + columns[0])))
-                    require_factors(i, columns, values);
-                  if (out.packed) {
+                  const bool stored =
+                      out.packed && side_by_side && store_factors(values, out.dense_row(i) + columns[0]);
+                  if (!stored) require_factors(i, columns, values);
+                  if (!stored && out.packed) {
                     float* const row = out.dense_row(i);
-                    for (std::size_t k = 0; !side_by_side && k < count; ++k)
-                      row[columns[k]] = rounded_down(values[k]);
-                  } else {
+                    for (std::size_t k = 0; k < count; ++k) row[columns[k]] = rounded_down(values[k]);
+                  } else if (!out.packed) {
                     Row& row = out.rows[i];
                     row.resize(count);
                     for (std::size_t k = 0; k < count; ++k) row[k] = {columns[k], rounded_down(values[k])};

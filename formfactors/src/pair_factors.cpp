@@ -170,7 +170,7 @@ void PairFactors::cluster_row(Index cluster, bool upper, std::vector<double>& ro
     return;
   }
   for (const Index i : mesh.members(cluster))
-    for_each_in_row(i, upper && !mesh.clustered(), [&](Index j, double mutual) {
+    for_each_in_row(i, false, [&](Index j, double mutual) {
       if (const Index to = mesh.cluster(j); !upper || to >= cluster) row[to] += mutual;
     });
 }

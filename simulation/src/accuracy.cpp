@@ -82,19 +82,21 @@ AccuracyPlan scale(std::span<const AccuracyRound> rounds, const AccuracyRound& r
     return std::min(all_growth_to(error_squared), most_patches);
   };
   const double all_patches = all_growth_to(squared * (1 - noise_share));
+  // More samples for a noise of its share, with so many times as many patches.
+  const auto samples_of = [&](double patches) {
+    return std::pow(noise * noise * std::pow(patches, -s) / (squared * noise_share), 1 / q);
+  };
   double all_samples = 1;
   double more_patches = growth_to(squared * (1 - noise_share));
   double more_samples = 1;
   double noise_squared = noise * noise * std::pow(more_patches, -s);
   if (noise > 0) {
-    const double wanted = std::pow(noise_squared / (squared * noise_share), 1 / q);
+    const double wanted = samples_of(more_patches);
     // Samples are whole and bounded: what is then over or under goes to the patches, but for what another step can mend.
     const double samples = static_cast<double>(round.options.samples);
-    all_samples =
-        std::clamp(std::pow(noise * noise * std::pow(all_patches, -s) / (squared * noise_share), 1 / q),
-                   std::min(1.0, kind.least / samples), std::max(1.0, kind.most / samples));
-    more_samples = std::clamp(wanted, std::min(1.0, kind.least / samples),
-                              std::max(1.0, std::min(kind.most / samples, kMostMoreSamples)));
+    const double least = std::min(1.0, kind.least / samples), most = kind.most / samples;
+    all_samples = std::clamp(samples_of(all_patches), least, std::max(1.0, most));
+    more_samples = std::clamp(wanted, least, std::max(1.0, std::min(most, kMostMoreSamples)));
     noise_squared *= std::pow(more_samples, -q);
     if (wanted <= kMostMoreSamples || samples * kMostMoreSamples >= kind.most)
       more_patches = growth_to(std::max(squared - noise_squared, 0.1 * squared));

@@ -400,21 +400,4 @@ std::optional<ErrorEstimate> estimate_error(const SolvedProblem& problem,
   return std::nullopt;
 }
 
-void extrapolate(const PatchMesh& mesh, const Eigen::ArrayXd& escaped, const BandArray& correction,
-                 Solution& solution) {
-  const BandArray reflected = mesh.reflectance() * correction;
-  solution.irradiance += correction;
-  solution.radiosity += reflected;
-  solution.vertex_radiosity = vertex_values(mesh, solution.radiosity);
-  const auto power = [&](const BandArray& exitance) -> BandValues {
-    return (exitance.colwise() * mesh.cluster_areas()).colwise().sum().transpose();
-  };
-  EnergyBalance& energy = solution.energy;
-  energy.absorbed_w += power(mesh.per_cluster(mesh.absorptance() * correction));
-  energy.escaped_w += power(mesh.per_cluster(reflected).colwise() * escaped);
-  energy.imbalance =
-      (energy.emitted_w > 0)
-          .select((energy.emitted_w - energy.absorbed_w - energy.escaped_w) / energy.emitted_w, 0.0);
-}
-
 }  // namespace radiosity

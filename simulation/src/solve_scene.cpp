@@ -331,7 +331,7 @@ SolvedScene solve_once(const SceneToSolve& task, const SceneSettings& settings, 
          assembly.unrestored(), assembly.unreliable, assembly.pair_rows, task.options.extrapolate},
         std::move(matrix));
     if (out.error && out.error->correction.size() > 0)
-      extrapolate(mesh, escaped, out.error->correction, out.solution);
+      add_irradiance(mesh, escaped, out.error->correction, out.solution);
     out.seconds.error = watch.lap();
     prepared.ended(SolveStage::error);
   }

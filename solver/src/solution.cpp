@@ -8,31 +8,54 @@
 #include "radiosity/meshing/error.hpp"
 
 namespace radiosity {
+namespace {
+
+BandValues power_of(const BandArray& exitance, const Eigen::ArrayXd& areas) {
+  return (exitance.colwise() * areas).colwise().sum().transpose();
+}
+
+BandValues received_of(const EnergyBalance& energy) {
+  return energy.external_w.size() > 0 ? BandValues(energy.emitted_w + energy.external_w) : energy.emitted_w;
+}
+
+BandValues imbalance_of(const EnergyBalance& energy) {
+  const BandValues received = received_of(energy);
+  return (received > 0).select((received - energy.absorbed_w - energy.escaped_w) / received, 0.0);
+}
+
+}  // namespace
 
 EnergyBalance energy_balance(const RadiositySystem& system, const BandArray& radiosity,
                              const BandArray& irradiance) {
-  const auto power = [&](const BandArray& exitance) -> BandValues {
-    return (exitance.colwise() * system.areas()).colwise().sum().transpose();
-  };
+  const auto power = [&](const BandArray& exitance) { return power_of(exitance, system.areas()); };
   // Of rows on demand it is known only now.
   const Eigen::ArrayXd escaped = system.on_demand() ? system.form_factors().escaped() : system.escaped();
   EnergyBalance energy;
   energy.emitted_w = power(system.emission());
   energy.absorbed_w = power(system.absorptance() * irradiance);
   energy.escaped_w = power(radiosity.colwise() * escaped);
-  BandValues received = energy.emitted_w;
-  if (system.external_irradiance().size() > 0) {
-    energy.external_w = power(system.external_irradiance());
-    received += energy.external_w;
-  }
+  if (system.external_irradiance().size() > 0) energy.external_w = power(system.external_irradiance());
+  BandValues received = received_of(energy);
   for (const BandValues* power_w : {&received, &energy.absorbed_w, &energy.escaped_w})
     if (!power_w->isFinite().all())
       throw InputError(
           fmt::format("the power exceeds what a double holds, {:.2g} W: scale the emission, all light is "
                       "proportional to it",
                       std::numeric_limits<double>::max()));
-  energy.imbalance = (received > 0).select((received - energy.absorbed_w - energy.escaped_w) / received, 0.0);
+  energy.imbalance = imbalance_of(energy);
   return energy;
+}
+
+void add_irradiance(const PatchMesh& mesh, const Eigen::ArrayXd& escaped, const BandArray& irradiance,
+                    Solution& solution) {
+  const BandArray reflected = mesh.reflectance() * irradiance;
+  solution.irradiance += irradiance;
+  solution.radiosity += reflected;
+  solution.vertex_radiosity = vertex_values(mesh, solution.radiosity);
+  EnergyBalance& energy = solution.energy;
+  energy.absorbed_w += power_of(mesh.per_cluster(mesh.absorptance() * irradiance), mesh.cluster_areas());
+  energy.escaped_w += power_of(mesh.per_cluster(reflected).colwise() * escaped, mesh.cluster_areas());
+  energy.imbalance = imbalance_of(energy);
 }
 
 Solution solve(const Solver& solver, const RadiositySystem& system, const PatchMesh& mesh,

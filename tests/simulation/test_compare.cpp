@@ -107,7 +107,7 @@ TEST(Compare, FindsNoErrorOfExactFactorsAndSaysWhyRunsAreMissing) {
       exact_ran = true;
       EXPECT_LT(run.factors->rms, 2e-6);  // the tolerance of the solver is 1e-6
     } else if (run.factors) {             // nothing is judged that the reference cannot tell
-      EXPECT_GT(run.factors->rms, all.factors.noise);
+      EXPECT_GT(run.factors->rms, (run.method == "hemicube" ? 1 : 10) * all.factors.noise);
     }
   }
   // One map per method that ran on the user's patches, of the default where that did.

@@ -27,7 +27,7 @@ struct ErrorEstimate {
   std::optional<double> largest;
   std::optional<double> order;  ///< p, measured: the error of the patches falls as size^p
   BandArray per_patch;          ///< n × bands, W/m²; of the parts that are known
-  /// What larger patches tell of the error of the patches, to be added to H (see extrapolate): n × bands, W/m². Empty where that was not
+  /// What larger patches tell of the error of the patches, to be added to H (see add_irradiance): n × bands, W/m². Empty where that was not
   /// asked for, or they tell nothing.
   BandArray correction;
   std::vector<std::string> notes;  ///< what could not be estimated, and why
@@ -84,10 +84,5 @@ struct SolvedProblem {
 /// F is that of the solution; it is freed as soon as it has been read. Nothing where the progress function asked to stop.
 std::optional<ErrorEstimate> estimate_error(const SolvedProblem& problem,
                                             std::unique_ptr<const FormFactorMatrix> form_factors);
-
-/// Adds the correction of an estimate to H, and what it means to B and to the balance of power. `escaped` is 1 − Σ_j F_ij of each cluster.
-/// The residual stays that of what was solved.
-void extrapolate(const PatchMesh& mesh, const Eigen::ArrayXd& escaped, const BandArray& correction,
-                 Solution& solution);
 
 }  // namespace radiosity

@@ -42,6 +42,11 @@ struct Solution {
   SolveReport report;
 };
 
+/// Adds to H, n × bands in W/m², and what that means to B and to the balance of power; the residual stays that of what was solved.
+/// `escaped` is 1 − Σ_j F_ij of each cluster.
+void add_irradiance(const PatchMesh& mesh, const Eigen::ArrayXd& escaped, const BandArray& irradiance,
+                    Solution& solution);
+
 /// `count` bands from `first` on; what the report says of all bands together stays.
 EnergyBalance select_bands(const EnergyBalance& energy, Index first, Index count);
 Solution select_bands(const Solution& solution, Index first, Index count);
