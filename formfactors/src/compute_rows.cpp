@@ -87,7 +87,7 @@ PartialRows rows_so_far(const ComputedRows& computed, const std::vector<std::uin
 }
 
 // Between two calls of `save`. All threads wait for the last task before each.
-constexpr Index kRowsToSave = 64 * kRowsPerTask;
+constexpr Index kRowsToSave = 256 * kRowsPerTask;
 
 }  // namespace
 

@@ -164,7 +164,7 @@ ProbeResult measure(const Visibility& visibility, const BandArray& radiosity,
   };
 
   const Ranks* const ranks = options.ranks.get();
-  constexpr Index kBlock = Ranks::kBlock, kToSave = 1024 * kBlock;
+  constexpr Index kBlock = Ranks::kBlock, kToSave = 4096 * kBlock;
   Index begin = 0;
   if (options.partial) {
     begin = static_cast<Index>(options.partial->irradiance.rows());
