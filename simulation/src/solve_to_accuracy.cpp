@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "radiosity/formfactors/estimate_seconds.hpp"
 #include "radiosity/meshing/error.hpp"
 #include "solve_once.hpp"
 
@@ -17,12 +18,9 @@ namespace {
 
 constexpr Index kPilotPatches = 750;  // seconds at most, whatever the method
 
-// Methods that are tried, too, where the plan takes longer than this without them.
-struct OtherPilot {
-  std::string_view method;
-  double least_s;
-};
-constexpr std::array kOtherPilots{OtherPilot{"hemisphere", 1}, OtherPilot{"analytic", 10}};
+// Methods that are tried, too, where that takes at most this share of what is planned without them.
+constexpr std::array<std::string_view, 2> kOtherPilots{"hemisphere", "analytic"};
+constexpr double kPilotShare = 0.1;
 constexpr Index kManyPatches = 10 * kPilotPatches;  // beyond which no pilot is a small solve
 constexpr int kMostRounds = 8;
 constexpr double kMostPatches = std::numeric_limits<Index>::max();
@@ -101,14 +99,25 @@ class Rounds {
     if (best_->form_factors.exact || (rays && known) || best_->patches.mesh.cluster_count() > kManyPatches)
       return;
     first.resolution.reset();
-    for (const OtherPilot& other : kOtherPilots) {
+    for (const std::string_view other : kOtherPilots) {
       if (stopped() || reached()) return;
-      if (rays && other.method == "hemisphere") continue;
+      if (rays && other == "hemisphere") continue;
       const auto plan = plan_accuracy(report_.rounds, limits());
-      if (plan && plan->seconds < other.least_s) return;
-      first.method = other.method;
+      if (plan && seconds_of_pilot(other) > kPilotShare * plan->seconds_of_goal) continue;
+      first.method = other;
       pilot(first);
     }
+  }
+
+  // On the mesh of the best so far: form factors, and as much again for the rest and the error.
+  double seconds_of_pilot(std::string_view name) const {
+    const PatchMesh& mesh = best_->patches.mesh;
+    const Visibility visibility(mesh);
+    const auto method = find_form_factor_method(name).make(visibility);
+    constexpr Index kRows = 8;
+    constexpr double kPatience = 0.05;
+    const double seconds = 2 * estimate_seconds(*method, mesh.cluster_count(), kRows, kPatience);
+    return of_all(ranks(), seconds).front() / (ranks() != nullptr ? ranks()->count() : 1);
   }
 
   // Faces that are many and far from each other are no larger patches together.
