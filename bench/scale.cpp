@@ -96,12 +96,15 @@ int main(int argc, char** argv) {
   Index samples = 128, places = 2000, paths = 20'000;
   std::string method, file, keep;
   double accuracy = 0;
-  bool smallest = false, bare = false, chosen = false;
+  bool smallest = false, bare = false, chosen = false, extrapolate = false;
   app.add_option("--rooms", rooms)->capture_default_str();
   app.add_option("--scene", file, "a mesh or scene file in place of the office building");
   app.add_option("--element-size", sizes, "m; 0: not said")->capture_default_str();
   app.add_option("--patch-size", patch_size, "m; 0: not said")->capture_default_str();
   app.add_option("--accuracy", accuracy, "%; in place of patch sizes and methods");
+  app.add_flag("--extrapolate", extrapolate,
+               "take the error of the patches off, as for an accuracy; with --no-elements, tell the error "
+               "without that, too");
   app.add_option("--element-samples", samples)->capture_default_str();
   app.add_flag("--no-elements", bare, "light is told of the patches");
   app.add_flag("--auto-elements", chosen, "elements as small as light changes");
@@ -131,6 +134,7 @@ int main(int argc, char** argv) {
     SceneSettings settings;
     SolveOptions options;
     if (accuracy > 0) options.accuracy = accuracy / 100;
+    options.extrapolate = extrapolate;
     if (patch_size > 0) settings.patches = PatchSize{patch_size};
     if (!method.empty()) settings.method = method;
     if (bare) settings.elements = NoElements{};
@@ -158,6 +162,13 @@ int main(int argc, char** argv) {
         solved.elements ? 100 * solved.elements->noise() : 0,
         solved.error && solved.error->total ? fmt::format("{:.2f}", 100 * *solved.error->total) : "unknown",
         100 * t.error, 100 * t.standard_error);
+    if (extrapolate && bare && places > 0 && solved.error && solved.error->correction.size() > 0) {
+      const Truth before = truth(solved.patches.mesh, solved.patches.mesh,
+                                 solved.solution.irradiance - solved.error->correction, places, paths);
+      fmt::print("  without the correction: true {:.2f} %, ± {:.2f} %; patches {:.2f} %, as size^{:.2g}\n",
+                 100 * before.error, 100 * before.standard_error, 100 * solved.error->patches.value_or(NAN),
+                 solved.error->order.value_or(NAN));
+    }
     if (solved.accuracy)
       for (const AccuracyRound& round : solved.accuracy->rounds)
         fmt::print("  {} of {} samples, {} patches: {:.2f} s, form factors {:.2f} %, patches {:.2f} %\n",

@@ -10,6 +10,7 @@
 
 #include "facet_axes.hpp"
 #include "polygon.hpp"
+#include "radiosity/meshing/disjoint_sets.hpp"
 #include "radiosity/meshing/error.hpp"
 
 namespace radiosity {
@@ -30,19 +31,17 @@ class Joiner {
     constexpr double kRounding = 1e-6;
     const Eigen::Array2d count =
         (axes.box.sizes().array() / (factor_ * fine.array()) - kRounding).ceil().max(1).min(double{1 << 20});
-    std::map<std::array<Index, 4>, Index> number;
+    std::map<std::array<Index, 4>, std::vector<Index>> cells;
     for (const Index i : facet.patches) {
       const Eigen::Array2d cell =
           ((axes.flat(mesh_.centroid(i)) - axes.box.min()).array() / axes.box.sizes().array() * count +
            kRounding)
               .floor();
-      const auto [found, is_new] =
-          number.try_emplace({mesh_.material(i), apart_[mesh_.cluster(i)], static_cast<Index>(cell.x()),
-                              static_cast<Index>(cell.y())},
-                             groups_);
-      groups_ += is_new ? 1 : 0;
-      group_[mesh_.cluster(i)] = found->second;
+      cells[{mesh_.material(i), apart_[mesh_.cluster(i)], static_cast<Index>(cell.x()),
+             static_cast<Index>(cell.y())}]
+          .push_back(i);
     }
+    for (const auto& [key, patches] : cells) number_connected(patches);
   }
 
   // Clusters, and facets of one patch: those that face the same side of a cube, halved along their longest extent until few are left.
@@ -77,6 +76,36 @@ class Joiner {
   }
 
  private:
+  // Those of a cell that a wall on the facet divides are in two rooms: a group each, as patches end at what touches their face.
+  void number_connected(const std::vector<Index>& patches) {
+    DisjointSets sets(patches.size());
+    std::map<std::pair<Index, Index>, Index> with_edge;  // the first of them
+    for (std::size_t k = 0; k < patches.size(); ++k) {
+      const auto corners = mesh_.corners(patches[k]);
+      for (std::size_t c = 0; c < corners.size(); ++c) {
+        const std::pair<Index, Index> edge = std::minmax(corners[c], corners[(c + 1) % corners.size()]);
+        const auto [first, is_new] = with_edge.try_emplace(edge, static_cast<Index>(k));
+        if (!is_new && !stands_on(edge, mesh_.normal(patches[k])))
+          sets.unite(first->second, static_cast<Index>(k));
+      }
+    }
+    std::map<Index, Index> number;  // of roots
+    for (std::size_t k = 0; k < patches.size(); ++k) {
+      const auto [found, is_new] = number.try_emplace(sets.root(static_cast<Index>(k)), groups_);
+      groups_ += is_new ? 1 : 0;
+      group_[mesh_.cluster(patches[k])] = found->second;
+    }
+  }
+
+  // Whether a patch that faces another way has the edge, too.
+  bool stands_on(const std::pair<Index, Index>& edge, const Vec3& normal) const {
+    constexpr double kAlike = 0.9;
+    return std::ranges::any_of(mesh_.vertex_patches(edge.first), [&](Index i) {
+      return std::abs(mesh_.normal(i).dot(normal)) < kAlike &&
+             std::ranges::find(mesh_.corners(i), edge.second) != mesh_.corners(i).end();
+    });
+  }
+
   void halve(std::span<Index> clusters) {
     Eigen::AlignedBox3d box;
     double largest = 0;

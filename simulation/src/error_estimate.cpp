@@ -222,7 +222,14 @@ struct CoarseError {
   BandArray difference;
   Eigen::ArrayXd relative_square;  // per band
   BandArray radiosity;             // on the larger patches
+  double growth;  // of what lies on a patch of one size and then of another, the mean ratio of the sizes
 };
+
+// exp of the mean of ln √(A_I/A_i) over the area: 2 where each patch is joined with three others. Many are joined with fewer: what
+// remains of a face beside a cell, and faces that have no other beside them.
+double growth_of(const Eigen::ArrayXd& areas, const Coarsening& larger, const Eigen::ArrayXd& of_larger) {
+  return std::exp((areas * (of_larger(larger.parent) / areas).log()).sum() / (2 * areas.sum()));
+}
 
 CoarseError coarse_error(const SolvedProblem& problem, const FormFactorMatrix& f, const Coarsening& larger) {
   const std::shared_ptr<const Ranks>& ranks = problem.assembly.ranks;
@@ -244,7 +251,10 @@ CoarseError coarse_error(const SolvedProblem& problem, const FormFactorMatrix& f
   const Applied applied(aggregated, ranks);
   const RadiositySystem system(applied.form_factors(), areas, of_first(mesh.reflectance()), emission,
                                of_first(mesh.absorptance()));
-  CoarseError out{{}, {}, problem.solver.solve(system, quiet(problem.solver_options)).radiosity};
+  CoarseError out{{},
+                  {},
+                  problem.solver.solve(system, quiet(problem.solver_options)).radiosity,
+                  growth_of(mesh.cluster_areas(), larger, areas)};
   out.difference =
       out.radiosity - restrict_to(larger, mesh.cluster_areas(), mesh.per_cluster(problem.solution.radiosity));
   for (Index p = 0; p < larger.count; ++p)
@@ -274,37 +284,50 @@ BandArray correction_by(const SolvedProblem& problem, const FormFactorMatrix& f,
   return (kShare * out).max(-most).min(most);
 }
 
+// The p of an error e ~ h^p with which B on two kinds of larger patches differs from B by (g₄^p − 1) / (g₂^p − 1), the ratio; 0
+// where it is smaller than that of any p > 0.
+double order_of(double ratio, double g2, double g4) {
+  constexpr double kMost = 8;
+  double low = 0, high = kMost;
+  if (!(g2 > 1 && g4 > g2) || ratio <= std::log(g4) / std::log(g2)) return 0;
+  for (int k = 0; k < 50; ++k) {
+    const double p = (low + high) / 2;
+    ((std::pow(g4, p) - 1) / (std::pow(g2, p) - 1) < ratio ? low : high) = p;
+  }
+  return low;
+}
+
 std::optional<PatchError> patch_error(const SolvedProblem& problem, const FormFactorMatrix& f,
                                       std::vector<std::string>& notes) {
   const auto twice = coarser(problem, f, 2, notes);
   if (!twice) return std::nullopt;
   const auto four_times = coarser(problem, f, 4, notes);
   if (!four_times) return std::nullopt;
-  const CoarseError half = coarse_error(problem, f, *twice);
-  const Eigen::ArrayXd quarter = coarse_error(problem, f, *four_times).relative_square;
+  const CoarseError half = coarse_error(problem, f, *twice), quarter = coarse_error(problem, f, *four_times);
   // One order for all bands, from that with the largest error.
   Eigen::Index band = 0;
   half.relative_square.maxCoeff(&band);
-  const double ratio =
-      half.relative_square[band] > 0 ? std::sqrt(quarter[band] / half.relative_square[band]) : 0;
-  // 2^p. Where shadows end inside of patches p is 3/2 in the end, however well the smooth light does on coarse meshes. The further p
-  // is above 2, the more are the largest patches too large for an order, and the least is taken: what furnished rooms show
+  const double ratio = half.relative_square[band] > 0
+                           ? std::sqrt(quarter.relative_square[band] / half.relative_square[band])
+                           : 0;
+  // Where shadows end inside of patches p is 3/2 in the end, however well the smooth light does on coarse meshes. The further p is
+  // above 2, the more are the largest patches too large for an order, and the least is taken: what furnished rooms show
   // (docs/calibration.md).
-  const double least = std::exp2(1.15), most = std::sqrt(8.0);
-  constexpr double kDoubtful = 4, kTooCoarse = 6;
-  const double measured = ratio - 1;
+  constexpr double kLeast = 1.15, kMost = 1.5, kDoubtful = 2, kTooCoarse = 2.6;
+  const double measured = order_of(ratio, half.growth, quarter.growth);
   const double doubt = std::clamp((measured - kDoubtful) / (kTooCoarse - kDoubtful), 0.0, 1.0);
-  const double gain = std::clamp(measured, least, std::lerp(most, least, doubt));
+  const double order = std::clamp(measured, kLeast, std::lerp(kMost, kLeast, doubt));
+  const double divisor = std::pow(half.growth, order) - 1;
   BandArray per_patch(f.size(), half.difference.cols());
   for (Index i = 0; i < per_patch.rows(); ++i) {
-    const auto error = half.difference.row(twice->parent[i]).abs() / (gain - 1);
+    const auto error = half.difference.row(twice->parent[i]).abs() / divisor;
     per_patch.row(i) = error.isNaN().select(0.0, error);
   }
-  PatchError out{half.relative_square / ((gain - 1) * (gain - 1)), std::log2(gain), per_patch, {}};
+  PatchError out{half.relative_square / (divisor * divisor), order, per_patch, {}};
   if (problem.extrapolate) {
-    // The less an order shows, the less is it that of smaller patches.
-    constexpr double kLeft = 0.75, kLeftWithoutOrder = 0.9;
-    const double left = std::lerp(kLeftWithoutOrder, kLeft, std::clamp(measured, 0.0, 1.0));
+    // The less they differ the more from larger patches, the less do these tell.
+    constexpr double kLeft = 0.65, kLeftWithoutOrder = 1.2;
+    const double left = std::lerp(kLeftWithoutOrder, kLeft, std::clamp(ratio - 1, 0.0, 1.0));
     out.relative_square *= left * left;
     out.per_patch *= left;
     out.correction = correction_by(problem, f, *twice, half.radiosity);

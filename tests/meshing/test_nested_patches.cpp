@@ -9,6 +9,7 @@
 #include "radiosity/meshing/error.hpp"
 #include "radiosity/meshing/make_patches.hpp"
 #include "radiosity/meshing/refine.hpp"
+#include "shapes.hpp"
 
 namespace radiosity::test {
 namespace {
@@ -82,6 +83,35 @@ TEST(Coarsen, KeepsMaterialsAndClassesApart) {
   const Coarsening larger = coarsen(mesh, facets(mesh), 8, apart);
   EXPECT_EQ(larger.count, 3);
   EXPECT_EQ(members(larger)[0], 1);
+}
+
+TEST(Coarsen, DoesNotReachThroughWallsThatStandOnAFace) {
+  // One floor of 4 m × 2 m and a wall across it, a sheet or 0.1 m thick, at places of which some are inside of any grid's cells.
+  for (const double thickness : {0.0, 0.1})
+    for (const double x : {1.31, 1.44, 1.57, 1.73, 2.18}) {
+      Shape shape;
+      shape.face(rectangle(0, 0, 4, 2));
+      if (thickness > 0)
+        shape.box({x, 0, 0}, {x + thickness, 2, 1});
+      else
+        shape.face({{x, 0, 0}, {x, 0, 1}, {x, 2, 1}, {x, 2, 0}});
+      const PatchMesh mesh = make_patches(shape.scene(), PatchSize{0.3}).mesh;
+      std::vector<std::uint8_t> covered;
+      for (Index i = 0; i < mesh.patch_count(); ++i)
+        covered.push_back(mesh.centroid(i).x() > x && mesh.centroid(i).x() < x + thickness);
+      for (const double factor : {2.0, 4.0}) {
+        const Coarsening larger = coarsen(mesh, facets(mesh), factor, covered);
+        EXPECT_LT(larger.count, 0.6 * mesh.patch_count());
+        std::vector<std::set<bool>> sides(static_cast<std::size_t>(larger.count));
+        for (Index i = 0; i < mesh.patch_count(); ++i)
+          if (mesh.surface(i) == 0) {
+            std::set<bool>& seen = sides[static_cast<std::size_t>(larger.parent[i])];
+            seen.insert(mesh.centroid(i).x() > x);
+            EXPECT_EQ(seen.size(), 1)
+                << "wall at " << x << ", " << thickness << " m thick, factor " << factor;
+          }
+      }
+    }
 }
 
 TEST(Coarsen, RefusesWhatDoesNotFit) {
