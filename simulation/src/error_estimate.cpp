@@ -226,9 +226,12 @@ struct CoarseError {
 };
 
 // exp of the mean of ln √(A_I/A_i) over the area: 2 where each patch is joined with three others. Many are joined with fewer: what
-// remains of a face beside a cell, and faces that have no other beside them.
+// remains of a face beside a cell, and faces that have no other beside them. Where nearly all are such faces the difference says
+// little, however large it is made.
 double growth_of(const Eigen::ArrayXd& areas, const Coarsening& larger, const Eigen::ArrayXd& of_larger) {
-  return std::exp((areas * (of_larger(larger.parent) / areas).log()).sum() / (2 * areas.sum()));
+  constexpr double kLeast = 1.2;
+  return std::max(kLeast,
+                  std::exp((areas * (of_larger(larger.parent) / areas).log()).sum() / (2 * areas.sum())));
 }
 
 CoarseError coarse_error(const SolvedProblem& problem, const FormFactorMatrix& f, const Coarsening& larger) {

@@ -48,7 +48,7 @@ struct AccuracyPlan {
 /// p the order measured, q = 1 for directions and 2 for pairs. T is least under e_p² + e_f² = e² where
 ///   e_p² : e_f² = a/p : b/q.
 /// C comes from the rounds, so from this machine; a, b from measurement: (2, ½) for pairs, (1.3, 0.8) for rays, (1.8, 0.6) for
-/// hemicubes, whose N are viewpoints. The plan aims a little below the goal, because an estimate wavers; it grows the mesh at most 32-fold at once. Where time or memory do
+/// hemicubes, whose N are viewpoints. The plan aims a little below the goal, because an estimate wavers; it grows the mesh at most 16-fold at once. Where time or memory do
 /// not reach, it is the best that they allow; nothing where they allow no more than has been done, or where no round knows the
 /// error of its form factors.
 std::optional<AccuracyPlan> plan_accuracy(std::span<const AccuracyRound> rounds, const AccuracyGoal& goal);
