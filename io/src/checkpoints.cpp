@@ -281,6 +281,15 @@ void Checkpoints::remove() const {
   for (const fs::path& file : rows_files()) fs::remove(file, ignored);
   fs::remove(shots_file_, ignored);
   fs::remove(elements_file_, ignored);
+  // And what a run left half-written that was killed while it saved.
+  const fs::path folder = result_.parent_path();
+  const std::string begin = "." + result_.stem().string() + ".checkpoint";
+  std::vector<fs::path> half_written;
+  for (const auto& entry : fs::directory_iterator(folder.empty() ? fs::path(".") : folder, ignored)) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with(begin) && name.ends_with(".h5")) half_written.push_back(entry.path());
+  }
+  for (const fs::path& file : half_written) fs::remove(file, ignored);
 }
 
 }  // namespace radiosity
