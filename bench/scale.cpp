@@ -31,9 +31,9 @@ struct Truth {
   double error = 0, standard_error = 0;
 };
 
-/// The cells are the clusters of the mesh. `irradiance` has a row for each of its patches.
-Truth truth(const PatchMesh& patches, const PatchMesh& mesh, const BandArray& irradiance, Index cells,
-            Index paths) {
+/// Of each column of `irradiance`, which has a row for each patch of the mesh; the cells are its clusters.
+std::vector<Truth> truths(const PatchMesh& patches, const PatchMesh& mesh, const BandArray& irradiance,
+                          Index cells, Index paths) {
   constexpr Index kPoints = 128;  // per cell
   const auto faces = std::make_shared<const PatchMesh>(patches);
   const Visibility visibility(*faces);
@@ -49,7 +49,8 @@ Truth truth(const PatchMesh& patches, const PatchMesh& mesh, const BandArray& ir
     up_to.push_back((c > 0 ? up_to.back() : 0) + (emits ? 0 : mesh.cluster_areas()[c]));
   }
   std::vector<Place> places;
-  Eigen::ArrayXd told = Eigen::ArrayXd::Zero(cells), reflectance(cells);
+  BandArray told = BandArray::Zero(cells, irradiance.cols());
+  Eigen::ArrayXd reflectance(cells);
   for (Index k = 0; k < cells;) {
     const Index c = choose(up_to);
     const auto members = mesh.members(c);
@@ -67,23 +68,26 @@ Truth truth(const PatchMesh& patches, const PatchMesh& mesh, const BandArray& ir
     }
     if (static_cast<Index>(points.size()) < kPoints) continue;
     places.insert(places.end(), points.begin(), points.end());
-    for (const Index i : members) told[k] += mesh.area(i) / areas.back() * irradiance(i, 0);
+    for (const Index i : members) told.row(k) += mesh.area(i) / areas.back() * irradiance.row(i);
     reflectance[k++] = mesh.material_of(members[0]).reflectance[0];
   }
   const PathTraced traced = path_traced(faces, places, std::max(2, paths / kPoints));
-  Eigen::ArrayXd square(cells), variance(cells), reference(cells);
+  Eigen::ArrayXd variance(cells), reference(cells);
   for (Index k = 0; k < cells; ++k) {
     const auto own = traced.irradiance.col(0).segment(k * kPoints, kPoints);
     const double mean = own.mean();
     reference[k] = reflectance[k] * mean;
-    square[k] = std::pow(reflectance[k] * told[k] - reference[k], 2);
     variance[k] = std::pow(reflectance[k], 2) * (own - mean).square().sum() / (kPoints * (kPoints - 1));
   }
   const double light = reference.square().sum();
-  const Eigen::ArrayXd excess = square - variance;
-  const double of_square = std::sqrt((excess - excess.mean()).square().sum()) / light;
-  const double error = std::sqrt(std::max(0.0, excess.sum()) / light);
-  return {error, of_square / (2 * std::max(error, std::sqrt(of_square)))};
+  std::vector<Truth> out;
+  for (const auto& column : told.colwise()) {
+    const Eigen::ArrayXd excess = (reflectance * column - reference).square() - variance;
+    const double of_square = std::sqrt((excess - excess.mean()).square().sum()) / light;
+    const double error = std::sqrt(std::max(0.0, excess.sum()) / light);
+    out.push_back({error, of_square / (2 * std::max(error, std::sqrt(of_square)))});
+  }
+  return out;
 }
 
 }  // namespace
@@ -149,9 +153,14 @@ int main(int argc, char** argv) {
     const auto bytes = static_cast<double>(std::filesystem::file_size(output));
     if (keep.empty()) std::filesystem::remove(output);
     const double memory = static_cast<double>(peak_memory_bytes());
-    const Truth t = places > 0 ? truth(solved.patches.mesh, solved.elements ? told.mesh : solved.patches.mesh,
-                                       told.solution.irradiance, places, paths)
-                               : Truth{};
+    const bool corrected = !solved.elements && solved.error && solved.error->correction.size() > 0;
+    BandArray irradiance(told.solution.irradiance.rows(), corrected ? 2 : 1);
+    irradiance.col(0) = told.solution.irradiance.col(0);
+    if (corrected) irradiance.col(1) = irradiance.col(0) - solved.error->correction.col(0);
+    const std::vector<Truth> t =
+        places > 0 ? truths(solved.patches.mesh, solved.elements ? told.mesh : solved.patches.mesh,
+                            irradiance, places, paths)
+                   : std::vector<Truth>(2);
     const auto& s = solved.seconds;
     fmt::print(
         "| {} | {} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.0f} | {:.2f} "
@@ -161,14 +170,11 @@ int main(int argc, char** argv) {
         s.error, s.elements, write_seconds, all_seconds, memory / 1e9, bytes / 1e6,
         solved.elements ? 100 * solved.elements->noise() : 0,
         solved.error && solved.error->total ? fmt::format("{:.2f}", 100 * *solved.error->total) : "unknown",
-        100 * t.error, 100 * t.standard_error);
-    if (extrapolate && bare && places > 0 && solved.error && solved.error->correction.size() > 0) {
-      const Truth before = truth(solved.patches.mesh, solved.patches.mesh,
-                                 solved.solution.irradiance - solved.error->correction, places, paths);
+        100 * t[0].error, 100 * t[0].standard_error);
+    if (corrected)
       fmt::print("  without the correction: true {:.2f} %, ± {:.2f} %; patches {:.2f} %, as size^{:.2g}\n",
-                 100 * before.error, 100 * before.standard_error, 100 * solved.error->patches.value_or(NAN),
-                 solved.error->order.value_or(NAN));
-    }
+                 100 * t[1].error, 100 * t[1].standard_error, 100 * *solved.error->patches,
+                 *solved.error->order);
     if (solved.accuracy)
       for (const AccuracyRound& round : solved.accuracy->rounds)
         fmt::print("  {} of {} samples, {} patches: {:.2f} s, form factors {:.2f} %, patches {:.2f} %\n",

@@ -26,6 +26,18 @@ fs::path beside(const fs::path& result, const std::string& ending) {
   return result.parent_path() / (result.stem().string() + ending);
 }
 
+// What is called begin….h5 there.
+std::vector<fs::path> hdf5_files_beside(const fs::path& result, const std::string& begin) {
+  std::vector<fs::path> files;
+  std::error_code none;
+  const fs::path folder = result.parent_path();
+  for (const auto& entry : fs::directory_iterator(folder.empty() ? fs::path(".") : folder, none)) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with(begin) && name.ends_with(".h5")) files.push_back(folder / name);
+  }
+  return files;
+}
+
 template <class F>
 void for_each_number(ShootingState& shots, F&& f) {
   f("shot", shots.shot);
@@ -124,19 +136,14 @@ bool Checkpoints::found() const {
 }
 
 std::vector<fs::path> Checkpoints::rows_files() const {
-  std::vector<fs::path> files;
-  std::error_code none;
-  const fs::path folder = result_.parent_path();
   const std::string begin = result_.stem().string() + ".checkpoint";
-  for (const auto& entry : fs::directory_iterator(folder.empty() ? fs::path(".") : folder, none)) {
-    const std::string name = entry.path().filename().string();
-    if (!name.starts_with(begin) || !name.ends_with(".h5")) continue;
-    const std::string_view rest = std::string_view(name).substr(begin.size(), name.size() - begin.size() - 3);
+  std::vector<fs::path> files = hdf5_files_beside(result_, begin);
+  std::erase_if(files, [&](const fs::path& file) {
+    const std::string rest = file.stem().string().substr(begin.size());
     // "", or "-2-of-4"
-    if (rest.empty() ||
-        (rest.find("-of-") != rest.npos && rest.find_first_not_of("-of0123456789") == rest.npos))
-      files.push_back(folder / name);
-  }
+    return !rest.empty() &&
+           (rest.find("-of-") == rest.npos || rest.find_first_not_of("-of0123456789") != rest.npos);
+  });
   std::ranges::sort(files);
   return files;
 }
@@ -282,14 +289,8 @@ void Checkpoints::remove() const {
   fs::remove(shots_file_, ignored);
   fs::remove(elements_file_, ignored);
   // And what a run left half-written that was killed while it saved.
-  const fs::path folder = result_.parent_path();
-  const std::string begin = "." + result_.stem().string() + ".checkpoint";
-  std::vector<fs::path> half_written;
-  for (const auto& entry : fs::directory_iterator(folder.empty() ? fs::path(".") : folder, ignored)) {
-    const std::string name = entry.path().filename().string();
-    if (name.starts_with(begin) && name.ends_with(".h5")) half_written.push_back(entry.path());
-  }
-  for (const fs::path& file : half_written) fs::remove(file, ignored);
+  for (const fs::path& file : hdf5_files_beside(result_, "." + result_.stem().string() + ".checkpoint"))
+    fs::remove(file, ignored);
 }
 
 }  // namespace radiosity

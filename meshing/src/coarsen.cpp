@@ -89,11 +89,9 @@ class Joiner {
           sets.unite(first->second, static_cast<Index>(k));
       }
     }
-    std::map<Index, Index> number;  // of roots
     for (std::size_t k = 0; k < patches.size(); ++k) {
-      const auto [found, is_new] = number.try_emplace(sets.root(static_cast<Index>(k)), groups_);
-      groups_ += is_new ? 1 : 0;
-      group_[mesh_.cluster(patches[k])] = found->second;
+      const auto root = static_cast<std::size_t>(sets.root(static_cast<Index>(k)));  // at most k
+      group_[mesh_.cluster(patches[k])] = root == k ? groups_++ : group_[mesh_.cluster(patches[root])];
     }
   }
 

@@ -292,7 +292,7 @@ BandArray correction_by(const SolvedProblem& problem, const FormFactorMatrix& f,
 double order_of(double ratio, double g2, double g4) {
   constexpr double kMost = 8;
   double low = 0, high = kMost;
-  if (!(g2 > 1 && g4 > g2) || ratio <= std::log(g4) / std::log(g2)) return 0;
+  if (g4 <= g2 || ratio <= std::log(g4) / std::log(g2)) return 0;
   for (int k = 0; k < 50; ++k) {
     const double p = (low + high) / 2;
     ((std::pow(g4, p) - 1) / (std::pow(g2, p) - 1) < ratio ? low : high) = p;

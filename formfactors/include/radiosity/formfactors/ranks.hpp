@@ -17,8 +17,8 @@ namespace radiosity {
 /// Every function but count, rank and owner is collective: all ranks call it, in the same order.
 class Ranks {
  public:
-  static constexpr Index kBlock =
-      4;  ///< rows: neighbours cost alike, and are shared by as many ranks as can be
+  /// Rows. Few: neighbours cost alike, and are shared by as many ranks as can be.
+  static constexpr Index kBlock = 4;
 
   virtual ~Ranks() = default;
   virtual int count() const = 0;

@@ -60,15 +60,15 @@ struct SolvedProblem {
 /// have none. Hemicubes over fewer than four points are compared with four on patches of twice the size instead, and D is halved, as
 /// their error falls with the size (unless lamps are computed pair by pair on only one of the two meshes).
 ///
-/// Patches: joined to patches of two and four times their size h (see coarsen), B being constant on these (see aggregate), compared
-/// with the means of B over them. With an error C h^p
-///   E₂ = C h^p (2^p − 1),  E₄ = C h^p (4^p − 1)  ⇒  2^p = E₄/E₂ − 1  (Richardson, the order measured, kept within [1.15, 3/2]).
-/// The error of B is then E₂ / (2^p − 1). The form factors are those of the solution, so that what they are wrong by is in neither.
+/// Patches: joined to patches of about two and four times their size h, of g₂ and g₄ times where some have few others beside them
+/// (see coarsen), B being constant on these (see aggregate), compared with the means of B over them. With an error C h^p
+///   E₂ = C h^p (g₂^p − 1),  E₄ = C h^p (g₄^p − 1)  (Richardson: E₄/E₂ tells the order p, kept within [1.15, 3/2]).
+/// The error of B is then E₂ / (g₂^p − 1). The form factors are those of the solution, so that what they are wrong by is in neither.
 /// On patches twice as large B was B₂, so H without what B does within them is F B₂, and with it F B = H. Patches half as large would
 /// add to H a share of what that made of it:
 ///   H' = H + c F (B − B₂),  c = 1 / (2^p − 1) = 0.45 for p = 1.7,
-/// of each patch half of H at most. What is then left of the error is taken to be 0.75 of it where E₄/E₂ shows an order, 0.9 where it
-/// shows none (docs/calibration.md).
+/// of each patch half of H at most. What is then left of the error is taken to be 0.65 of it where E₄ is twice E₂, 1.2 where it is
+/// no larger (docs/calibration.md).
 ///
 /// Solver: the residual, a share of the power emitted, is amplified at most as much as that power is: the relative error
 /// of the total radiosity is the residual.
