@@ -92,16 +92,19 @@ struct Visibility::Impl {
     std::uint32_t facet = 0;
     std::uint32_t back = 0;  // the other side of the facet; `facet` where there is none
     float clear = 0;         // what is higher over the plane is neither in it nor part of the facet
+    // Rays may start so high that they need no filter: what is missed below is too near for rays.
+    bool flat() const { return clear <= static_cast<float>(tolerance::kNearPlane); }
     float height(float x, float y, float z) const { return nx * x + ny * y + nz * z - d; }
   };
 
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
-  struct Triangle {
-    std::array<std::array<float, 3>, 3> corners;  // scaled
-    float nx, ny, nz;                             // front normal
+  bool sixteen = false;  // rays at once, where the processor has vectors of as many; or else eight
+  struct alignas(64) Triangle {
+    float nx, ny, nz;  // front normal
     std::uint32_t facet;
     Eigen::Vector2f origin, along_u, along_v;  // the locator's coordinates of a point (u, v) of the triangle
+    std::array<std::array<float, 3>, 3> corners;  // scaled
   };
   std::vector<Triangle> triangles;     // of the facets' pieces: what is traced
   std::vector<PatchLocator> locators;  // of facets
@@ -140,7 +143,6 @@ struct Visibility::Impl {
     }
     void pass_backs() {
       fronts_only = true;
-      risen = nullptr;
       base.filter = filter;
     }
 
@@ -150,13 +152,22 @@ struct Visibility::Impl {
     const Plane* to;            // null for rays without an end
     bool fronts_only = false;   // backs are passed through
     bool only_opposed = false;  // what does not face `from` is passed through
-    const float* risen =
-        nullptr;  // per ray id: from this distance on a ray is clear of `from`; null: not known
     // Until this distance, rays pass through what shows its front while `inwards`, and else its back.
     float leaving = 0;
     bool inwards = false;
   };
   static void filter(const RTCFilterFunctionNArguments* args);
+
+  // Of the rays of a packet from `first` on, those that are `wanted`, with origins moved by `lift`. Whether some met no front.
+  template <class Lanes>
+  bool first_hits(Packet& packet, std::size_t first, const std::array<bool, 16>& wanted,
+                  const Eigen::Vector3f& lift, Context& context) const;
+  template <class Lanes>
+  void first_hits(Packet& packet) const;
+  // Keeps of those that are `wanted` what something lies before within `lift`, but for the plane they start from. Whether any is left.
+  template <class Lanes>
+  bool lifted_through(const Packet& packet, std::size_t first, std::array<bool, 16>& wanted,
+                      const Eigen::Vector3f& lift) const;
 
   // Whether a polygon lies against the patch, facing it.
   bool faced(const Plane& plane, const Eigen::Vector3f& x) const;
@@ -167,23 +178,11 @@ struct Visibility::Impl {
   }
 };
 
-// A hit that is higher above the plane of departure than rounding is accepted at once; only the others are
-// looked at.
 void Visibility::Impl::filter(const RTCFilterFunctionNArguments* args) {
   const auto* context = reinterpret_cast<const Context*>(args->context);
   const unsigned n = args->N;
-  if (n == 16 && context->risen != nullptr) {
-    // Lanes of the packet: nearly always all of them are clear of the plane, or all their hits are in it.
-    const float* const distance = &RTCRayN_tfar(args->ray, 16, 0);
-    int low = 0;
-    for (unsigned k = 0; k < 16; ++k) low |= args->valid[k] & (distance[k] > context->risen[k] ? 0 : -1);
-    if (low == 0) return;
-  }
   for (unsigned k = 0; k < n; ++k) {
     if (args->valid[k] == 0) continue;
-    if (context->risen != nullptr &&
-        RTCRayN_tfar(args->ray, n, k) > context->risen[RTCRayN_id(args->ray, n, k)])
-      continue;
     if (context->fronts_only &&
         !context->impl->shows_front(RTCHitN_primID(args->hit, n, k), RTCRayN_dir_x(args->ray, n, k),
                                     RTCRayN_dir_y(args->ray, n, k), RTCRayN_dir_z(args->ray, n, k))) {
@@ -302,6 +301,7 @@ Visibility::Visibility(const PatchMesh& cell)
   }
 
   impl_->device = made(rtcNewDevice(nullptr));
+  impl_->sixteen = rtcGetDeviceProperty(impl_->device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0;
   impl_->scene = made(rtcNewScene(impl_->device));
   rtcSetSceneFlags(impl_->scene, RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
   const std::unique_ptr<RTCGeometryTy, decltype(&rtcReleaseGeometry)> owned(
@@ -371,31 +371,38 @@ void Visibility::find_covered() {
 
 Visibility::~Visibility() = default;
 
-void Visibility::first_hits(Packet& packet) const {
-  Impl::Context context(impl_.get(), impl_->plane_of(packet.from));
-  context.base.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  alignas(64) std::array<float, 16> risen;
-  if (const Impl::Plane* from = context.from) {
-    for (std::size_t i = 0; i < 16; ++i) {
-      const float rise = from->nx * packet.dx[i] + from->ny * packet.dy[i] + from->nz * packet.dz[i];
-      // A ray that does not rise is looked at in full.
-      risen[i] = rise > 0 ? from->clear / rise : std::numeric_limits<float>::infinity();
-    }
-    context.risen = risen.data();
-  }
+// Rays that Embree traces together.
+struct EightLanes {
+  static constexpr std::size_t kCount = 8;
+  using Rays = RTCRayHit8;
+  using Segments = RTCRay8;
+  static constexpr auto trace = rtcIntersect8;
+  static constexpr auto block = rtcOccluded8;
+};
+struct SixteenLanes {
+  static constexpr std::size_t kCount = 16;
+  using Rays = RTCRayHit16;
+  using Segments = RTCRay16;
+  static constexpr auto trace = rtcIntersect16;
+  static constexpr auto block = rtcOccluded16;
+};
 
-  alignas(64) std::array<int, 16> valid;
-  RTCRayHit16 rays;
-  for (int k = 0; k < 16; ++k) {
-    const auto i = static_cast<std::size_t>(k);
-    rays.ray.id[i] = static_cast<unsigned>(k);
-    valid[i] = k < packet.count ? -1 : 0;
-    rays.ray.org_x[i] = packet.x[i];
-    rays.ray.org_y[i] = packet.y[i];
-    rays.ray.org_z[i] = packet.z[i];
-    rays.ray.dir_x[i] = packet.dx[i];
-    rays.ray.dir_y[i] = packet.dy[i];
-    rays.ray.dir_z[i] = packet.dz[i];
+template <class Lanes>
+bool Visibility::Impl::first_hits(Packet& packet, std::size_t first, const std::array<bool, 16>& wanted,
+                                  const Eigen::Vector3f& lift, Context& context) const {
+  constexpr std::size_t kCount = Lanes::kCount;
+  context.base.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  alignas(64) std::array<int, kCount> valid;
+  typename Lanes::Rays rays;
+  for (std::size_t i = 0; i < kCount; ++i) {
+    const std::size_t k = first + i;
+    valid[i] = wanted[k] ? -1 : 0;
+    rays.ray.org_x[i] = packet.x[k] + lift.x();
+    rays.ray.org_y[i] = packet.y[k] + lift.y();
+    rays.ray.org_z[i] = packet.z[k] + lift.z();
+    rays.ray.dir_x[i] = packet.dx[k];
+    rays.ray.dir_y[i] = packet.dy[k];
+    rays.ray.dir_z[i] = packet.dz[k];
     rays.ray.tnear[i] = 0;
     rays.ray.tfar[i] = std::numeric_limits<float>::infinity();
     rays.ray.time[i] = 0;
@@ -404,44 +411,108 @@ void Visibility::first_hits(Packet& packet) const {
     rays.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
     rays.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
   }
-  rtcIntersect16(valid.data(), impl_->scene, &context.base, &rays);
+  Lanes::trace(valid.data(), scene, &context.base, &rays);
   // Where the hits are, in their locators; what those will look at is on its way meanwhile.
-  std::array<Eigen::Vector2f, 16> place;
-  std::array<const PatchLocator*, 16> locator;
-  for (std::size_t i = 0; i < 16; ++i) {
+  std::array<Eigen::Vector2f, kCount> place;
+  std::array<const PatchLocator*, kCount> locator;
+  for (std::size_t i = 0; i < kCount; ++i) {
     if (rays.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
-    const Impl::Triangle& t = impl_->triangles[rays.hit.primID[i]];
+    const Triangle& t = triangles[rays.hit.primID[i]];
     place[i] = t.origin + rays.hit.u[i] * t.along_u + rays.hit.v[i] * t.along_v;
-    locator[i] = &impl_->locators[t.facet];
+    locator[i] = &locators[t.facet];
     locator[i]->prefetch(place[i]);
   }
-  bool any_back = false;
-  for (int k = 0; k < packet.count; ++k) {
-    const auto i = static_cast<std::size_t>(k);
-    packet.hit[i] = kNothing;
-    packet.distance[i] = rays.ray.tfar[i];
+  bool any_back = false, all_fronts = true;
+  for (std::size_t i = 0; i < kCount; ++i) {
+    if (valid[i] == 0) continue;
+    const std::size_t k = first + i;
     valid[i] = 0;
-    if (rays.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
-    const bool front = impl_->shows_front(rays.hit.primID[i], packet.dx[i], packet.dy[i], packet.dz[i]);
-    packet.hit[i] = front ? locator[i]->at(place[i]) : kBack;
+    packet.hit[k] = kNothing;
+    packet.distance[k] = rays.ray.tfar[i];
+    if (rays.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) {
+      all_fronts = false;
+      continue;
+    }
+    const bool front = shows_front(rays.hit.primID[i], packet.dx[k], packet.dy[k], packet.dz[k]);
+    packet.hit[k] = front ? locator[i]->at(place[i]) : kBack;
     if (front) continue;
     // A wall without thickness shows each side its own front: look for one at the same place as the back.
-    const float slack = tolerance::kSamePlane / std::hypot(packet.dx[i], packet.dy[i], packet.dz[i]);
+    const float slack = tolerance::kSamePlane / std::hypot(packet.dx[k], packet.dy[k], packet.dz[k]);
     rays.ray.tnear[i] = std::max(0.0F, rays.ray.tfar[i] - slack);
     rays.ray.tfar[i] += slack;
     rays.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
     valid[i] = -1;
     any_back = true;
   }
-  if (!any_back) return;
+  if (!any_back) return !all_fronts;
   context.pass_backs();
-  rtcIntersect16(valid.data(), impl_->scene, &context.base, &rays);
-  for (int k = 0; k < packet.count; ++k) {
-    const auto i = static_cast<std::size_t>(k);
-    if (valid[i] != 0 && rays.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID) {
-      packet.hit[i] = impl_->patch_at(rays.hit.primID[i], rays.hit.u[i], rays.hit.v[i]);
-    }
+  Lanes::trace(valid.data(), scene, &context.base, &rays);
+  for (std::size_t i = 0; i < kCount; ++i) {
+    if (valid[i] == 0) continue;
+    if (rays.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID)
+      packet.hit[first + i] = patch_at(rays.hit.primID[i], rays.hit.u[i], rays.hit.v[i]);
+    else
+      all_fronts = false;
   }
+  return !all_fronts;
+}
+
+template <class Lanes>
+bool Visibility::Impl::lifted_through(const Packet& packet, std::size_t first, std::array<bool, 16>& wanted,
+                                      const Eigen::Vector3f& lift) const {
+  Context context(this, plane_of(packet.from));
+  alignas(64) std::array<int, Lanes::kCount> valid;
+  typename Lanes::Segments segments;
+  for (std::size_t i = 0; i < Lanes::kCount; ++i) {
+    const std::size_t k = first + i;
+    valid[i] = wanted[k] ? -1 : 0;
+    segments.org_x[i] = packet.x[k];
+    segments.org_y[i] = packet.y[k];
+    segments.org_z[i] = packet.z[k];
+    segments.dir_x[i] = lift.x();
+    segments.dir_y[i] = lift.y();
+    segments.dir_z[i] = lift.z();
+    segments.tnear[i] = 0;
+    segments.tfar[i] = 1;
+    segments.time[i] = 0;
+    segments.mask[i] = ~0U;
+    segments.flags[i] = 0;
+  }
+  Lanes::block(valid.data(), scene, &context.base, &segments);
+  bool any = false;
+  for (std::size_t i = 0; i < Lanes::kCount; ++i) {
+    wanted[first + i] = valid[i] != 0 && segments.tfar[i] < 0;
+    any |= wanted[first + i];
+  }
+  return any;
+}
+
+template <class Lanes>
+void Visibility::Impl::first_hits(Packet& packet) const {
+  const Plane* const from = plane_of(packet.from);
+  const auto count = static_cast<std::size_t>(packet.count);
+  std::array<bool, 16> wanted;
+  for (std::size_t k = 0; k < 16; ++k) wanted[k] = k < count;
+  for (std::size_t first = 0; first < count; first += Lanes::kCount) {
+    if (from != nullptr && from->flat()) {
+      const Eigen::Vector3f lift = from->clear * Eigen::Vector3f(from->nx, from->ny, from->nz);
+      Context unfiltered(this, nullptr);
+      if (!first_hits<Lanes>(packet, first, wanted, lift, unfiltered)) continue;
+      // What met no front may have been lifted through a wall that leans over the patch's border.
+      for (std::size_t k = first; k < std::min(count, first + Lanes::kCount); ++k)
+        wanted[k] = packet.hit[k] < 0;
+      if (!lifted_through<Lanes>(packet, first, wanted, lift)) continue;
+    }
+    Context filtered(this, from);
+    first_hits<Lanes>(packet, first, wanted, Eigen::Vector3f::Zero(), filtered);
+  }
+}
+
+void Visibility::first_hits(Packet& packet) const {
+  if (impl_->sixteen)
+    impl_->first_hits<SixteenLanes>(packet);
+  else
+    impl_->first_hits<EightLanes>(packet);
 }
 
 void Visibility::blocked(SightLines& lines) const {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "facet_axes.hpp"
 #include "radiosity/meshing/tolerances.hpp"
@@ -23,6 +24,12 @@ FacetAxes::FacetAxes(const PatchMesh& mesh, const Facet& facet) {
     for (const Index c : mesh.corners(i)) box.extend(flat(mesh.vertex(c)));
   }
 }
+
+struct PatchLocator::Triangle {
+  Index patch;
+  std::array<Vec3, 3> corners;  // (x, y, 1)
+  std::array<Vec3, 3> edges;    // · (x, y, 1): distance inside edge k, which starts at corner k
+};
 
 PatchLocator::PatchLocator(const PatchMesh& mesh, const Facet& facet) {
   if (facet.patches.size() == 1) {
@@ -51,32 +58,28 @@ PatchLocator::PatchLocator(const PatchMesh& mesh, const Facet& facet) {
   const auto cell_count = static_cast<std::size_t>(rows_) * static_cast<std::size_t>(columns_);
   std::vector<std::vector<std::uint32_t>> lists(cell_count);
   std::vector<Triangle> triangles;
-  std::vector<std::array<Eigen::Vector2d, 3>> corners;  // of triangles
   constexpr double kInside = 1e-6;  // a triangle that only touches a cell does not reach into it
   for (const Index i : facet.patches) {
     for (const auto& t : mesh.triangles(i)) {
-      std::array<Eigen::Vector2d, 3> p;
-      Eigen::AlignedBox2d reach;
-      for (std::size_t k = 0; k < 3; ++k) {
-        const Vec3 x = mesh.vertex(t[k]) - origin_;
-        p[k] = {x.dot(u_), x.dot(v_)};
-        reach.extend(p[k]);
-      }
-      std::array<Eigen::Vector3d, 3> edge;
-      for (std::size_t k = 0; k < 3; ++k) {
-        const Eigen::Vector2d along = (p[(k + 1) % 3] - p[k]).normalized();
-        edge[k] = {-along.y(), along.x(), along.y() * p[k].x() - along.x() * p[k].y()};
-      }
       const auto number = static_cast<std::uint32_t>(triangles.size());
-      corners.push_back(p);
       Triangle& triangle = triangles.emplace_back();
       triangle.patch = i;
-      for (int k = 0; k < 3; ++k) triangle.distance.row(k) = edge[k].cast<float>();
+      Eigen::AlignedBox3d reach;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vec3 x = mesh.vertex(t[k]) - origin_;
+        triangle.corners[k] = {x.dot(u_), x.dot(v_), 1};
+        reach.extend(triangle.corners[k]);
+      }
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vec3& from = triangle.corners[k];
+        const Vec3 along = (triangle.corners[(k + 1) % 3] - from).normalized();
+        triangle.edges[k] = {-along.y(), along.x(), along.y() * from.x() - along.x() * from.y()};
+      }
       const int x1 = std::min(columns_ - 1, static_cast<int>(reach.max().x() - kInside));
       const int y1 = std::min(rows_ - 1, static_cast<int>(reach.max().y() - kInside));
       for (int y = std::max(0, static_cast<int>(reach.min().y() + kInside)); y <= y1; ++y) {
         for (int x = std::max(0, static_cast<int>(reach.min().x() + kInside)); x <= x1; ++x) {
-          const bool outside = std::any_of(edge.begin(), edge.end(), [&](const Eigen::Vector3d& e) {
+          const bool outside = std::any_of(triangle.edges.begin(), triangle.edges.end(), [&](const Vec3& e) {
             return e.x() * (e.x() > 0 ? x + 1 : x) + e.y() * (e.y() > 0 ? y + 1 : y) + e.z() < kInside;
           });
           if (!outside)
@@ -87,61 +90,63 @@ PatchLocator::PatchLocator(const PatchMesh& mesh, const Facet& facet) {
       }
     }
   }
-  // A line of which all of the triangles of the first one's patch lie on the inner side, and all others on the outer one.
-  const auto divide = [&](const std::vector<std::uint32_t>& list) -> std::optional<Cell> {
-    const Index inside = triangles[list[0]].patch;
-    const auto other =
-        std::find_if(list.begin(), list.end(), [&](std::uint32_t t) { return triangles[t].patch != inside; });
-    const Index outside = other == list.end() ? inside : triangles[*other].patch;
-    if (outside == inside) return Cell{{0, 0, 1}, {inside, inside}};
-    for (const std::uint32_t t : list) {
-      if (triangles[t].patch != inside) continue;
-      for (int k = 0; k < 3; ++k) {
-        const Eigen::Vector3f line = triangles[t].distance.row(k);
-        const bool divides = std::all_of(list.begin(), list.end(), [&](std::uint32_t u) {
-          const Index patch = triangles[u].patch;
-          const double side = patch == inside ? 1 : -1;
-          return (patch == inside || patch == outside) &&
-                 std::all_of(corners[u].begin(), corners[u].end(), [&](const Eigen::Vector2d& x) {
-                   return side * line.cast<double>().dot(Eigen::Vector3d(x.x(), x.y(), 1)) >
-                          -tolerance::kOnLine;
-                 });
-        });
-        if (divides) return Cell{line, {inside, outside}};
-      }
-    }
-    return std::nullopt;
-  };
   cells_.reserve(cell_count);
-  for (const auto& list : lists) {
-    if (list.empty()) {  // asked for by rounding only
+  std::vector<const Triangle*> within;
+  for (std::size_t k = 0; k < cell_count; ++k) {
+    if (lists[k].empty()) {  // asked for by rounding only
       const Index near =
           !cells_.empty() && cells_.back().sides[0] >= 0 ? cells_.back().sides[0] : facet.patches[0];
       cells_.push_back({{0, 0, 1}, {near, near}});
-    } else if (const auto divided = divide(list)) {
-      cells_.push_back(*divided);
-    } else {
-      cells_.push_back(
-          {{0, 0, 1}, {-1 - static_cast<Index>(triangles_.size()), static_cast<Index>(list.size())}});
-      for (const std::uint32_t t : list) triangles_.push_back(triangles[t]);
+      continue;
     }
+    within.clear();
+    for (const std::uint32_t t : lists[k]) within.push_back(&triangles[t]);
+    cells_.push_back(divide(within));
   }
 }
 
-Index PatchLocator::among_several(const Cell& cell, const Eigen::Vector2f& p) const {
-  const Eigen::Vector3f q(p.x(), p.y(), 1);
-  const Triangle* const first = &triangles_[-1 - cell.sides[0]];
-  Index best = first->patch;
-  float deepest = -std::numeric_limits<float>::max();
-  for (const Triangle* t = first; t != first + cell.sides[1]; ++t) {
-    const float depth = (t->distance * q).minCoeff();
-    if (depth >= 0) return t->patch;
-    if (depth > deepest) {
-      deepest = depth;
-      best = t->patch;
+// By the line along an edge that leaves least triangles on its fuller side.
+PatchLocator::Division PatchLocator::divide(std::span<const Triangle* const> triangles) {
+  const auto alone = [](std::span<const Triangle* const> some) {
+    return std::all_of(some.begin(), some.end(),
+                       [&](const Triangle* t) { return t->patch == some[0]->patch; });
+  };
+  const Index first = triangles[0]->patch;
+  if (alone(triangles)) return {{0, 0, 1}, {first, first}};
+
+  enum Reach { kInside = 1, kOutside = 2 };
+  const auto reach = [](const Triangle& t, const Vec3& line) {
+    const double a = line.dot(t.corners[0]), b = line.dot(t.corners[1]), c = line.dot(t.corners[2]);
+    return (std::max({a, b, c}) > tolerance::kOnLine ? kInside : 0) |
+           (std::min({a, b, c}) < -tolerance::kOnLine ? kOutside : 0);
+  };
+  const Vec3* line = nullptr;
+  std::size_t fewest = triangles.size();
+  for (const Triangle* of : triangles) {
+    for (const Vec3& edge : of->edges) {
+      std::size_t inside = 0, outside = 0;
+      for (const Triangle* t : triangles) {
+        const int reached = reach(*t, edge);
+        inside += (reached & kInside) != 0 ? 1 : 0;
+        outside += (reached & kOutside) != 0 ? 1 : 0;
+      }
+      if (std::max(inside, outside) >= fewest || std::min(inside, outside) == 0) continue;
+      fewest = std::max(inside, outside);
+      line = &edge;
     }
   }
-  return best;
+  if (line == nullptr) return {{0, 0, 1}, {first, first}};  // one over the other, by rounding
+  Division division{line->cast<float>(), {}};
+  for (std::size_t k = 0; k < 2; ++k) {
+    std::vector<const Triangle*> side;
+    for (const Triangle* t : triangles)
+      if ((reach(*t, *line) & (k == 0 ? kInside : kOutside)) != 0) side.push_back(t);
+    division.sides[k] = side[0]->patch;
+    if (alone(side)) continue;
+    divided_.push_back(divide(side));
+    division.sides[k] = -static_cast<Index>(divided_.size());
+  }
+  return division;
 }
 
 }  // namespace radiosity

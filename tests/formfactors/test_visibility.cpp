@@ -6,12 +6,14 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <new>
 #include <numbers>
 
 #include "cases/scenes.hpp"
+#include "radiosity/meshing/make_patches.hpp"
 
 namespace radiosity::test {
 namespace {
@@ -114,6 +116,59 @@ TEST(Visibility, LetsNoRayOutThroughTheSeamsOfAClosedRoom) {
     for (Index i = 0; i < mesh.patch_count(); ++i)
       for (const Index hit : hits_from(visibility, i, 256, random)) lost += hit < 0;
     EXPECT_EQ(lost, 0);
+  }
+}
+
+TEST(Visibility, LetsNoRayOutBesideAWallThatLeansOverTheFloor) {
+  // A wedge of 20°. Rays start from the floor so near its edge that a few roundings higher is behind the slope.
+  const double height = std::tan(20 * pi / 180);
+  const std::array<Vec3, 6> x{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(1, 0, height),
+                              Vec3(0, 1, 0), Vec3(1, 1, 0), Vec3(1, 1, height)};
+  const PatchMesh mesh = MeshBuilder()
+                             .polygon({x[0], x[1], x[4], x[3]})
+                             .polygon({x[0], x[3], x[5], x[2]})
+                             .polygon({x[1], x[2], x[5], x[4]})
+                             .polygon({x[0], x[2], x[1]})
+                             .polygon({x[3], x[4], x[5]})
+                             .build();
+  const Visibility visibility(mesh);
+  std::mt19937_64 random(17);
+  for (int k = 0; k < 500; ++k) {
+    Visibility::Packet packet;
+    packet.from = 0;
+    packet.count = 16;
+    for (std::size_t lane = 0; lane < 16; ++lane) {
+      const Vec3 start =
+          visibility.scaled({1e-6 * (1 + 4 * uniform(random)), 0.1 + 0.8 * uniform(random), 0});
+      packet.x[lane] = static_cast<float>(start.x());
+      packet.y[lane] = static_cast<float>(start.y());
+      packet.z[lane] = static_cast<float>(start.z());
+      const double r = std::sqrt(uniform(random)), angle = 2 * pi * uniform(random);
+      packet.dx[lane] = static_cast<float>(r * std::cos(angle));
+      packet.dy[lane] = static_cast<float>(r * std::sin(angle));
+      packet.dz[lane] = static_cast<float>(std::sqrt(1 - r * r));
+    }
+    visibility.first_hits(packet);
+    for (const Index hit : packet.hit) ASSERT_GT(hit, 0);
+  }
+}
+
+TEST(Visibility, KnowsWhichPatchOfAWallARayMeets) {
+  for (const double size : {2.0, 0.5, 0.2}) {
+    const PatchMesh mesh = make_patches(two_furnished_rooms(), PatchSize{size}).mesh.with_clusters({});
+    const Visibility visibility(mesh);
+    std::mt19937_64 random(19);
+    int wrong = 0, asked = 0;
+    for (Index i = 0; i < mesh.patch_count(); ++i) {
+      if (visibility.covered(i)) continue;
+      const Vec3 x = point_on(mesh, i, random);
+      const Visibility::Hit hit = visibility.first_hit(x + 1e-4 * mesh.normal(i), -mesh.normal(i));
+      if (!hit.front) continue;  // from within the furniture
+      ++asked;
+      wrong += hit.patch != i;
+    }
+    EXPECT_EQ(wrong, 0) << size;
+    EXPECT_GT(asked, mesh.patch_count() / 2);
   }
 }
 

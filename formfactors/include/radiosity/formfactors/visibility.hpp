@@ -15,7 +15,8 @@ namespace radiosity {
 ///
 /// Rays are cast in single precision on geometry that is recentred and scaled to unit size, so that neither
 /// map coordinates nor the unit of length matter. A ray that starts on a patch passes through every patch in
-/// the same plane (a box's bottom on the floor): what lies in a plane is never in front of it.
+/// the same plane (a box's bottom on the floor): what lies in a plane is never in front of it. Those of packets start at most
+/// kNearPlane above it.
 class Visibility {
  public:
   /// The mesh must outlive this object.

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdint>
+#include <span>
 #include <vector>
 
 #include "radiosity/meshing/facets.hpp"
@@ -11,9 +11,8 @@
 namespace radiosity {
 
 /// Which patch of a facet lies at a point of its plane: a uniform grid in the plane, aligned with the patches where they
-/// are a grid themselves. Most cells hold one patch, or two on either side of a line; the others list the triangles that
-/// reach into them.
-class PatchLocator {
+/// are a grid themselves. Most cells hold one patch, or two on either side of a line; where more meet, each side is divided in turn.
+class alignas(64) PatchLocator {
  public:
   PatchLocator(const PatchMesh& mesh, const Facet& facet);
 
@@ -24,25 +23,24 @@ class PatchLocator {
 
   /// The patch at p; near a border within rounding, one of its neighbours; outside the facet, a patch nearby.
   Index at(const Eigen::Vector2f& p) const {
-    const Cell& cell = cells_[cell_at(p)];
-    const bool outside = cell.line.x() * p.x() + cell.line.y() * p.y() + cell.line.z() < 0;
-    const Index patch = cell.sides[outside];
-    return patch >= 0 ? patch : among_several(cell, p);
+    Index side = cells_[cell_at(p)].side_of(p);
+    while (side < 0) side = divided_[static_cast<std::size_t>(-1 - side)].side_of(p);
+    return side;
   }
 
   /// Has the memory that at(p) will look at brought near.
   void prefetch(const Eigen::Vector2f& p) const { __builtin_prefetch(&cells_[cell_at(p)]); }
 
  private:
-  struct Triangle {
-    Index patch;
-    Eigen::Matrix<float, 3, 3> distance;  ///< row k · (x, y, 1): distance inside edge k
-  };
   // One place in memory to look at, and no branch that a processor would have to foresee.
-  struct Cell {
+  struct Division {
     Eigen::Vector3f line;        // · (x, y, 1) ≥ 0: sides[0]
-    std::array<Index, 2> sides;  // patches; of a cell of several: −1 − (first of its triangles), their number
+    std::array<Index, 2> sides;  // patches, or −1 − (the division of what lies there)
+    Index side_of(const Eigen::Vector2f& p) const {
+      return sides[line.x() * p.x() + line.y() * p.y() + line.z() < 0];
+    }
   };
+  struct Triangle;
 
   std::size_t cell_at(const Eigen::Vector2f& p) const {
     const int column = std::clamp(static_cast<int>(p.x()), 0, columns_ - 1);
@@ -50,12 +48,11 @@ class PatchLocator {
     return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
            static_cast<std::size_t>(column);
   }
-  Index among_several(const Cell& cell, const Eigen::Vector2f& p) const;
+  Division divide(std::span<const Triangle* const> triangles);
 
-  Vec3 origin_, u_, v_;  // x ↦ ((x − origin)·u, (x − origin)·v) in cells
   int columns_ = 1, rows_ = 1;
-  std::vector<Cell> cells_;
-  std::vector<Triangle> triangles_;  // of cells of several
+  std::vector<Division> cells_, divided_;
+  Vec3 origin_, u_, v_;  // x ↦ ((x − origin)·u, (x − origin)·v) in cells
 };
 
 }  // namespace radiosity
