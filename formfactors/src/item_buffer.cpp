@@ -1,137 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "item_buffer.hpp"
 
-#include <utility>
-
 #include "radiosity/meshing/tolerances.hpp"
+#include "vectors.hpp"
 
 namespace radiosity::item_buffer {
 namespace {
 
-// The compiler's vector types as wide as the registers; wider ones would be taken apart lane by lane.
-#if defined(__AVX512F__)
-constexpr std::size_t kBytes = 64;
-#elif defined(__AVX__)
-constexpr std::size_t kBytes = 32;
-#else
-constexpr std::size_t kBytes = 16;
-#endif
-
-using FloatPart = float __attribute__((vector_size(kBytes)));
-using IntPart = std::int32_t __attribute__((vector_size(kBytes)));
-
-constexpr std::size_t kParts = kLanes * sizeof(float) / kBytes;
-struct Floats {
-  FloatPart part[kParts];
-};
-struct Ints {
-  IntPart part[kParts];
-};
-
-// Unrolled by a pack: arrays that loops index stay in memory.
-template <std::size_t k, class F, class... A>
-inline auto one(F f, const A&... a) {
-  return f(a.part[k]...);
-}
-template <class R, class F, std::size_t... k, class... A>
-inline R all(std::index_sequence<k...>, F f, const A&... a) {
-  return {{one<k>(f, a...)...}};
-}
-template <class R, class F, class... A>
-inline R each(F f, const A&... a) {
-  return all<R>(std::make_index_sequence<kParts>(), f, a...);
-}
-
-inline Floats operator+(const Floats& a, const Floats& b) {
-  return each<Floats>([](auto x, auto y) { return x + y; }, a, b);
-}
-inline Floats operator-(const Floats& a, const Floats& b) {
-  return each<Floats>([](auto x, auto y) { return x - y; }, a, b);
-}
-inline Floats operator*(const Floats& a, const Floats& b) {
-  return each<Floats>([](auto x, auto y) { return x * y; }, a, b);
-}
-inline Floats operator/(const Floats& a, const Floats& b) {
-  return each<Floats>([](auto x, auto y) { return x / y; }, a, b);
-}
-inline Floats operator-(const Floats& a) {
-  return each<Floats>([](auto x) { return -x; }, a);
-}
-// Comparisons give −1 for true and 0 for false.
-inline Ints operator<(const Floats& a, const Floats& b) {
-  return each<Ints>([](auto x, auto y) { return x < y; }, a, b);
-}
-inline Ints operator>(const Floats& a, const Floats& b) {
-  return b < a;
-}
-inline Ints operator>=(const Floats& a, const Floats& b) {
-  return each<Ints>([](auto x, auto y) { return x >= y; }, a, b);
-}
-inline Ints operator>(const Ints& a, const Ints& b) {
-  return each<Ints>([](auto x, auto y) { return x > y; }, a, b);
-}
-inline Ints operator==(const Ints& a, const Ints& b) {
-  return each<Ints>([](auto x, auto y) { return x == y; }, a, b);
-}
-inline Ints operator&(const Ints& a, const Ints& b) {
-  return each<Ints>([](auto x, auto y) { return x & y; }, a, b);
-}
-inline Ints operator|(const Ints& a, const Ints& b) {
-  return each<Ints>([](auto x, auto y) { return x | y; }, a, b);
-}
-inline Ints operator^(const Ints& a, const Ints& b) {
-  return each<Ints>([](auto x, auto y) { return x ^ y; }, a, b);
-}
-inline Ints operator+(const Ints& a, const Ints& b) {
-  return each<Ints>([](auto x, auto y) { return x + y; }, a, b);
-}
-inline Ints operator*(const Ints& a, const Ints& b) {
-  return each<Ints>([](auto x, auto y) { return x * y; }, a, b);
-}
-inline Ints operator~(const Ints& a) {
-  return each<Ints>([](auto x) { return ~x; }, a);
-}
-template <class V>
-inline V select(const Ints& mask, const V& a, const V& b) {
-  return each<V>([](auto m, auto x, auto y) { return m ? x : y; }, mask, a, b);
-}
-inline Floats min(const Floats& a, const Floats& b) {
-  return each<Floats>([](auto x, auto y) { return x < y ? x : y; }, a, b);
-}
-inline Floats max(const Floats& a, const Floats& b) {
-  return each<Floats>([](auto x, auto y) { return x > y ? x : y; }, a, b);
-}
-inline Floats abs(const Floats& a) {
-  return max(a, -a);
-}
 inline Ints truncated(const Floats& a) {
-  return each<Ints>([](auto x) { return __builtin_convertvector(x, IntPart); }, a);
-}
-inline Floats splat(float x) {
-  return each<Floats>([x](auto zero) { return x - zero; }, Floats{});
-}
-inline Ints splat(std::int32_t x) {
-  return each<Ints>([x](auto zero) { return x - zero; }, Ints{});
-}
-// Part by part: whole structs would be copied through general registers.
-template <class V, class Part, class T, std::size_t... k>
-inline V load_parts(const T* p, std::index_sequence<k...>) {
-  const auto load_part = [p](std::size_t n) {
-    Part v;
-    __builtin_memcpy(&v, p + n * kBytes / sizeof(T), kBytes);
-    return v;
-  };
-  return {{load_part(k)...}};
-}
-inline Floats load(const float* p) {
-  return load_parts<Floats, FloatPart>(p, std::make_index_sequence<kParts>());
-}
-inline Ints load(const std::int32_t* p) {
-  return load_parts<Ints, IntPart>(p, std::make_index_sequence<kParts>());
-}
-template <class T, class V>
-inline void store(T* p, const V& v) {
-  for (std::size_t k = 0; k < kParts; ++k) __builtin_memcpy(p + k * kBytes / sizeof(T), &v.part[k], kBytes);
+  return Ints::each([](auto x) { return __builtin_convertvector(x, Ints::Part); }, a);
 }
 template <class T>
 inline auto gather(const T* base, const std::int32_t* index) {
@@ -175,27 +52,6 @@ struct Triple {
   Floats x, y, z;
 };
 
-// Bit k is set where the mask is, in lane k.
-inline std::uint32_t lane_bits(const Ints& mask) {
-  std::uint32_t bits = 0;
-  for (std::size_t k = 0; k < kParts; ++k) {
-#if defined(__AVX512F__)
-    const auto part = static_cast<std::uint32_t>(__builtin_ia32_cvtd2mask512(mask.part[k]));
-#elif defined(__AVX__)
-    const auto part =
-        static_cast<std::uint32_t>(__builtin_ia32_movmskps256(reinterpret_cast<FloatPart>(mask.part[k])));
-#elif defined(__SSE__)
-    const auto part =
-        static_cast<std::uint32_t>(__builtin_ia32_movmskps(reinterpret_cast<FloatPart>(mask.part[k])));
-#else
-    std::uint32_t part = 0;
-    for (std::size_t n = 0; n < kBytes / 4; ++n) part |= (mask.part[k][n] & 1U) << n;
-#endif
-    bits |= part << (k * kBytes / 4);
-  }
-  return bits;
-}
-
 // All lanes brought together, a quarter of them at a time and then one by one.
 template <class Four, class F, class V>
 inline auto united(const V& v, F f) {
@@ -228,10 +84,8 @@ struct Camera {
   Triple to_local(const float* corner) const {
     Floats d[3];
     for (std::size_t k = 0; k < 3; ++k)
-      d[k] = (load(corner + k * kLanes) - splat(high[k])) + (load(corner + (3 + k) * kLanes) - splat(low[k]));
-    const auto along = [&](std::size_t row) {
-      return splat(m[row]) * d[0] + splat(m[row + 1]) * d[1] + splat(m[row + 2]) * d[2];
-    };
+      d[k] = (load(corner + k * kLanes) - high[k]) + (load(corner + (3 + k) * kLanes) - low[k]);
+    const auto along = [&](std::size_t row) { return m[row] * d[0] + m[row + 1] * d[1] + m[row + 2] * d[2]; };
     return {along(0), along(3), along(6)};
   }
   float high[3], low[3], m[9];
@@ -239,10 +93,9 @@ struct Camera {
 
 Ints code_of(const Triple& p) {
   const auto& [x, y, z] = p;
-  const auto bit = [](const Ints& mask, std::int32_t value) { return mask & splat(value); };
+  const auto bit = [](const Ints& mask, std::int32_t value) { return mask & value; };
   return bit(z < x, 1) | bit(z < -x, 2) | bit(z < y, 4) | bit(z < -y, 8) | bit(x < y, 16) | bit(x < -y, 32) |
-         bit(z < splat(0.0F), 64) | bit(z > splat(tolerance::kSamePlane), kAbove) |
-         bit(z < splat(-tolerance::kSamePlane), kBelow);
+         bit(z < 0.0F, 64) | bit(z > tolerance::kSamePlane, kAbove) | bit(z < -tolerance::kSamePlane, kBelow);
 }
 
 // Values of the local axes 0 x, 1 y, 2 z, 3 −x, 4 −y.
@@ -274,13 +127,13 @@ struct Bounds {
 template <std::size_t kCorners>
 Bounds bounds_of(const Batch<kCorners>& batch, const Face& face) {
   const std::int32_t right = face.right, up = face.up, forward = face.forward;
-  const Floats infinite = splat(3e38F);
+  const Floats infinite = 3e38F;
   Bounds out{infinite, -infinite, infinite, -infinite};
   for (std::size_t k = 0; k < kCorners; ++k) {
     const Axes &a = batch.corner[k], &b = batch.corner[(k + 1) % kCorners];
     const Floats aw = load(a.value[forward]), bw = load(b.value[forward]);
-    const Ints a_front = aw > splat(1e-6F), b_front = bw > splat(1e-6F);
-    const Floats per_w = splat(1.0F) / aw;
+    const Ints a_front = aw > 1e-6F, b_front = bw > 1e-6F;
+    const Floats per_w = 1.0F / aw;
     const Floats u = load(a.value[right]) * per_w, v = load(a.value[up]) * per_w;
     out.u_low = select(a_front, min(out.u_low, u), out.u_low);
     out.u_high = select(a_front, max(out.u_high, u), out.u_high);
@@ -293,7 +146,7 @@ Bounds bounds_of(const Batch<kCorners>& batch, const Face& face) {
       return select(a_front, at, -at);
     };
     const Floats cross_u = at_zero(right), cross_v = at_zero(up);
-    const Floats slack = splat(1e-5F) * (abs(aw) + abs(bw));
+    const Floats slack = 1e-5F * (abs(aw) + abs(bw));
     out.u_high = select(crosses & (cross_u > -slack), infinite, out.u_high);
     out.u_low = select(crosses & (cross_u < slack), -infinite, out.u_low);
     out.v_high = select(crosses & (cross_v > -slack), infinite, out.v_high);
@@ -312,10 +165,10 @@ struct Range {
 std::uint32_t cells_between(const Floats& low, const Floats& high, float origin, float per_cell, int count,
                             Range& out) {
   const float end = static_cast<float>(count - 1);
-  const Floats from = (low - splat(origin)) * splat(per_cell) + splat(0.49F);
-  const Ints first = truncated(min(max(from, splat(0.0F)), splat(end + 1)));
-  const Floats to = min((high - splat(origin)) * splat(per_cell) - splat(0.49F), splat(end));
-  const Ints last = select(to < splat(0.0F), splat(-1), truncated(max(to, splat(0.0F))));
+  const Floats from = (low - origin) * per_cell + 0.49F;
+  const Ints first = truncated(min(max(from, 0.0F), end + 1));
+  const Floats to = min((high - origin) * per_cell - 0.49F, end);
+  const Ints last = select(to < 0.0F, -1, truncated(max(to, 0.0F)));
   store(out.first, first);
   store(out.last, last);
   return lane_bits(~(first > last));
@@ -325,16 +178,14 @@ std::uint32_t cells_between(const Floats& low, const Floats& high, float origin,
 Ints tiles_between(const Ints& lanes, const Floats& low, const Floats& high, float origin, float per_cell,
                    int count, Range& out) {
   const float end = static_cast<float>(count);
-  const Floats from = (low - splat(origin)) * splat(per_cell) - splat(0.01F);
-  const Floats to = (high - splat(origin)) * splat(per_cell) + splat(0.01F);
-  const auto tile = [&](const Floats& x) {
-    return truncated(min(max(x, splat(0.0F)), splat(end - 1)) * splat(1.0F / kTile));
-  };
-  const Ints first = tile(from), last = tile(to), reach = lanes & (to > splat(0.0F)) & (from < splat(end));
+  const Floats from = (low - origin) * per_cell - 0.01F;
+  const Floats to = (high - origin) * per_cell + 0.01F;
+  const auto tile = [&](const Floats& x) { return truncated(min(max(x, 0.0F), end - 1) * (1.0F / kTile)); };
+  const Ints first = tile(from), last = tile(to), reach = lanes & (to > 0.0F) & (from < end);
   store(out.first, first);
   store(out.last, last);
-  out.least = least_of(select(reach, first, splat(1 << 20)));
-  out.most = most_of(select(reach, last, splat(-1)));
+  out.least = least_of(select(reach, first, 1 << 20));
+  out.most = most_of(select(reach, last, -1));
   return reach;
 }
 
@@ -343,8 +194,7 @@ struct Linear {
   Floats a[3];
 };
 inline Linear linear(const Axes& axes, const Face& face, std::size_t lane) {
-  return {{splat(axes.value[face.right][lane]), splat(axes.value[face.up][lane]),
-           splat(axes.value[face.forward][lane])}};
+  return {{axes.value[face.right][lane], axes.value[face.up][lane], axes.value[face.forward][lane]}};
 }
 
 // Calls f(at, u, inside) for the tiles of a lane: where its cells are, and which of them have their centres in the polygon. row(v) comes
@@ -366,7 +216,7 @@ inline void for_each_tile(const Linear* edge, const Face& face, const Range& col
       const Floats u = load(face.tile_u + tile);
       Floats inside = edge[0].a[0] * u + rest[0];
       for (std::size_t k = 1; k < kCorners; ++k) inside = min(inside, edge[k].a[0] * u + rest[k]);
-      f(face.first_cell + r * tile_columns + tile, u, inside >= splat(0.0F));
+      f(face.first_cell + r * tile_columns + tile, u, inside >= 0.0F);
     }
   }
 }
@@ -387,10 +237,10 @@ void draw_face(const Batch<kCorners>& batch, const Ints& reaches, const Face& fa
       edge[k] = linear(batch.edge[k], face, lane);
       Floats* const a = edge[k].a;
       // Some roundings more: facets meet edge to edge, but one edge may be the neighbours of several.
-      a[2] = a[2] + splat(tolerance::kEdgeSlack) * (abs(a[0]) + abs(a[1]) + abs(a[2]));
+      a[2] = a[2] + tolerance::kEdgeSlack * (abs(a[0]) + abs(a[1]) + abs(a[2]));
     }
     const Linear nearness = linear(batch.nearness, face, lane);
-    const Ints shows = splat(batch.shows[lane]);
+    const Ints shows = batch.shows[lane];
     Floats rest_near;
     for_each_tile<kCorners>(
         edge, face, columns, rows, lane,
@@ -419,11 +269,11 @@ inline void for_each_batch(const Polygons& polygons, const View& view, const Buf
        first += kLanes, numbers += kNumbersPerCorner * kCorners * kLanes) {
     const std::int32_t* const plane = polygons.plane + first;
     if (kPatches && buffers.front[*plane] != 1) continue;
-    const Ints facing = kPatches ? splat(1) : gather(buffers.front, plane);
-    const Ints front = facing == splat(1);
+    const Ints facing = kPatches ? 1 : gather(buffers.front, plane);
+    const Ints front = facing == 1;
     const Ints content = load(polygons.content + first);
     Triple corner[kCorners];
-    Ints all = splat(-1), any = splat(0);
+    Ints all = -1, any = 0;
     for (std::size_t k = 0; k < kCorners; ++k) {
       corner[k] = camera.to_local(numbers + 6 * k * kLanes);
       const Ints code = code_of(corner[k]);
@@ -432,25 +282,24 @@ inline void for_each_batch(const Polygons& polygons, const View& view, const Buf
     }
     // Not those with all corners on the wrong side of one plane of a face's pyramid, nor below the horizon, nor in the patch's own
     // plane.
-    const Ints none = splat(0);
-    const Ints skipped = ((any & splat(kAbove)) == none) | (facing == none) | (content == none);
+    const Ints none = 0;
+    const Ints skipped = ((any & kAbove) == none) | (facing == none) | (content == none);
     Ints reaches[5];
     int reached = 0;
     for (int k = 0; k < 5; ++k) {
-      reaches[k] =
-          ~skipped & (((all & splat(kPyramids[k].positive)) | (~any & splat(kPyramids[k].negative))) == none);
+      reaches[k] = ~skipped & (((all & kPyramids[k].positive) | (~any & kPyramids[k].negative)) == none);
       reached |= (lane_bits(reaches[k]) != 0 ? 1 : 0) << k;
     }
     if (reached == 0) continue;
 
-    const Floats sign = select(front, splat(-1.0F), splat(1.0F));
+    const Floats sign = select(front, Floats(-1.0F), 1.0F);
     for (std::size_t k = 0; k < kCorners; ++k) {
       store_axes(batch.corner[k], corner[k]);
       // a × b = a × (b − a), from the same one of the two for both polygons: they see the same bits, and the line passes the
       // corners within a rounding of their distance, not of that divided by the edge's length.
       const Triple &a = corner[k], &b = corner[(k + 1) % kCorners];
       const Floats direction = load(numbers + (6 * kCorners + k) * kLanes);
-      const Ints turned = direction < splat(0.0F);
+      const Ints turned = direction < 0.0F;
       const Triple from{select(turned, b.x, a.x), select(turned, b.y, a.y), select(turned, b.z, a.z)};
       const Triple along{select(turned, a.x, b.x) - from.x, select(turned, a.y, b.y) - from.y,
                          select(turned, a.z, b.z) - from.z};
@@ -462,9 +311,9 @@ inline void for_each_batch(const Polygons& polygons, const View& view, const Buf
     if (!kPatches) {
       store_axes(batch.nearness,
                  {gather(buffers.pu, plane), gather(buffers.pv, plane), gather(buffers.pw, plane)});
-      store(batch.shows, select(front, content, splat(kLost)));
+      store(batch.shows, select(front, content, kLost));
     }
-    f(first, batch, reaches, reached, lane_bits((any & splat(kBelow)) == none));
+    f(first, batch, reaches, reached, lane_bits((any & kBelow) == none));
   }
 }
 
@@ -489,10 +338,10 @@ Floats square_root(const Floats& x) {
 // arctan √z / √z up to tan² π/8, to 2e-8 and rounding: the polynomial that equals it at the Chebyshev points.
 constexpr float kTanEighth = 0.414213562F;
 Floats arctan_ratio(const Floats& z) {
-  Floats p = z * splat(0.0797629181F) - splat(0.138484902F);
-  p = p * z + splat(0.199740824F);
-  p = p * z - splat(0.333327858F);
-  return splat(1.0F) + z * p;
+  Floats p = z * 0.0797629181F - 0.138484902F;
+  p = p * z + 0.199740824F;
+  p = p * z - 0.333327858F;
+  return 1.0F + z * p;
 }
 
 // The angle of (x, y) with y ≥ 0, in [0, π]: t = min(|x|, y) / max(|x|, y) or, above tan π/8, (t − 1) / (t + 1).
@@ -500,36 +349,36 @@ Floats upper_angle(const Floats& y, const Floats& x) {
   const Floats width = abs(x);
   const Ints steep = y > width;
   const Floats low = min(y, width), high = max(y, width);
-  const Ints reduced = low > splat(kTanEighth) * high;
+  const Ints reduced = low > kTanEighth * high;
   const Floats numerator = select(reduced, low - high, low), sum = select(reduced, low + high, high);
-  const Floats t = numerator / max(sum, splat(1e-35F));
+  const Floats t = numerator / max(sum, 1e-35F);
   Floats angle = t * arctan_ratio(t * t);
-  angle = select(reduced, angle + splat(0.785398163F), angle);
-  angle = select(steep, splat(1.57079633F) - angle, angle);
-  return select(x < splat(0.0F), splat(3.14159265F) - angle, angle);
+  angle = select(reduced, angle + 0.785398163F, angle);
+  angle = select(steep, 1.57079633F - angle, angle);
+  return select(x < 0.0F, 3.14159265F - angle, angle);
 }
 
 // The form factor of the element at the eye to polygons above its horizon, 1/(2π) Σ θ_k n·(a × b) / |a × b| [Lambert1760].
 template <std::size_t kCorners>
 Floats whole_factor(const Batch<kCorners>& batch) {
-  Floats sum = splat(0.0F);
+  Floats sum = 0.0F;
   for (std::size_t k = 0; k < kCorners; ++k) {
     const Axes &a = batch.corner[k], &b = batch.corner[(k + 1) % kCorners], &c = batch.edge[k];
     const auto dot = [](const Axes& p, const Axes& q) {
       return load(p.value[0]) * load(q.value[0]) + load(p.value[1]) * load(q.value[1]) +
              load(p.value[2]) * load(q.value[2]);
     };
-    const Floats square = dot(c, c), along = dot(a, b), inverse = splat(1.0F) / along;
+    const Floats square = dot(c, c), along = dot(a, b), inverse = 1.0F / along;
     const Floats z = square * (inverse * inverse);
-    const Ints narrow = (z < splat(kTanEighth * kTanEighth)) & (along > splat(0.0F));
+    const Ints narrow = (z < kTanEighth * kTanEighth) & (along > 0.0F);
     Floats per_length = inverse * arctan_ratio(z);
     if (lane_bits(narrow) != 0xffff) {
       const Floats length = square_root(square);
-      per_length = select(narrow, per_length, upper_angle(length, along) / max(length, splat(1e-35F)));
+      per_length = select(narrow, per_length, upper_angle(length, along) / max(length, 1e-35F));
     }
     sum = sum + per_length * load(c.value[2]);
   }
-  return max(sum * splat(0.159154943F), splat(0.0F));
+  return max(sum * 0.159154943F, 0.0F);
 }
 
 // What the tiles [first, last] of columns and rows show of a facet: bits for some and for something else.
@@ -544,7 +393,7 @@ inline std::uint32_t shown(const Buffers& buffers, std::size_t first_tile, std::
       const std::uint32_t in = c1 - c >= 15 ? 0xffffU : (2U << (c1 - c)) - 1;
       const Ints one = load(buffers.first + at), two = load(buffers.second + at);
       const Ints is_one = one == own, is_two = two == own;
-      some |= lane_bits(is_one | is_two | (two == splat(kMixed))) & in;
+      some |= lane_bits(is_one | is_two | (two == kMixed)) & in;
       other |= ~lane_bits(is_one & is_two) & in;
     }
   }
@@ -556,7 +405,7 @@ void look_at_tiles(const Buffers& buffers, const Face& face, std::int32_t own_it
                    const Range& rows, std::uint32_t lanes, std::uint32_t& some, std::uint32_t& other) {
   const auto tile_columns = static_cast<std::size_t>(face.tile_columns);
   const std::size_t first_tile = face.first_cell / kLanes;
-  const Ints own = splat(own_item);
+  const Ints own = own_item;
   const std::uint32_t together =
       shown(buffers, first_tile, tile_columns, own, columns.least, columns.most, rows.least, rows.most);
   if (together != (kSome | kElse)) {
@@ -565,17 +414,17 @@ void look_at_tiles(const Buffers& buffers, const Face& face, std::int32_t own_it
   }
   // Two by two tiles or fewer are looked at in all lanes at once.
   const Ints c0 = load(columns.first), c1 = load(columns.last), r0 = load(rows.first), r1 = load(rows.last);
-  const std::uint32_t large = lanes & lane_bits((c1 > c0 + splat(1)) | (r1 > r0 + splat(1)));
+  const std::uint32_t large = lanes & lane_bits((c1 > c0 + 1) | (r1 > r0 + 1));
   if (lanes != large) {
-    Ints any = splat(0), all = splat(-1);
+    Ints any = 0, all = -1;
     for (const Ints& r : {r0, r1})
       for (const Ints& c : {c0, c1}) {
         std::int32_t at[kLanes];
-        store(at, r * splat(face.tile_columns) + c);
+        store(at, r * face.tile_columns + c);
         const Ints one = gather(buffers.first + first_tile, at),
                    two = gather(buffers.second + first_tile, at);
         const Ints is_one = one == own, is_two = two == own;
-        any = any | is_one | is_two | (two == splat(kMixed));
+        any = any | is_one | is_two | (two == kMixed);
         all = all & is_one & is_two;
       }
     some |= lanes & ~large & lane_bits(any);
@@ -603,18 +452,18 @@ void count_cells(const Batch<kCorners>& batch, const Bounds& b, const Face& face
   Range columns, rows;
   lanes &= cells_between(b.u_low, b.u_high, -1, per_cell, resolution, columns) &
            cells_between(b.v_low, b.v_high, face.v0, per_cell, face.rows, rows);
-  const Ints own = splat(own_item);
+  const Ints own = own_item;
   for (; lanes != 0; lanes &= lanes - 1) {
     const auto k = static_cast<std::size_t>(__builtin_ctz(lanes));
     Linear edge[kCorners];
     for (std::size_t e = 0; e < kCorners; ++e) edge[e] = linear(batch.edge[e], face, k);
-    Floats won = splat(0.0F), all = splat(0.0F);
+    Floats won = 0.0F, all = 0.0F;
     for_each_tile<kCorners>(
         edge, face, columns, rows, k, [](const Floats&) {},
         [&](std::size_t at, const Floats&, const Ints& inside) {
-          const Floats part = select(inside, load(share + at), splat(0.0F));
+          const Floats part = select(inside, load(share + at), 0.0F);
           all = all + part;
-          won = won + select(load(buffers.item + at) == own, part, splat(0.0F));
+          won = won + select(load(buffers.item + at) == own, part, 0.0F);
         });
     out.won[k] += sum_of(won);
     out.all[k] += sum_of(all);
@@ -680,8 +529,8 @@ void add_shares(const Buffers& buffers, const float* share, const double* tile_s
                 double* sums) {
   for (std::size_t c = 0; c < cells; c += kLanes) {
     const std::int32_t* const item = buffers.item + c;
-    const Ints first = splat(item[0]);
-    const Ints other = ~(load(item) == first) & (load(share + c) > splat(0.0F));
+    const Ints first = item[0];
+    const Ints other = ~(load(item) == first) & (load(share + c) > 0.0F);
     const std::uint32_t others = lane_bits(other);
     if (others == 0) {
       buffers.first[c / kLanes] = buffers.second[c / kLanes] = item[0];
@@ -689,7 +538,7 @@ void add_shares(const Buffers& buffers, const float* share, const double* tile_s
       continue;
     }
     const std::int32_t second = item[__builtin_ctz(others)];
-    const bool two = lane_bits(other & ~(load(item) == splat(second))) == 0;
+    const bool two = lane_bits(other & ~(load(item) == second)) == 0;
     buffers.first[c / kLanes] = item[0];
     buffers.second[c / kLanes] = two ? second : kMixed;
     for (std::size_t k = 0; k < kLanes; ++k)
@@ -735,7 +584,8 @@ double add_factors(const Items& items, const View& view, const Face* faces, int 
 }
 
 }  // namespace
-
-extern const Kernel RADIOSITY_KERNEL{RADIOSITY_LEVEL, add_factors};
-
 }  // namespace radiosity::item_buffer
+
+namespace radiosity::RADIOSITY_KERNEL {
+extern const item_buffer::Kernel item_buffer_kernel{RADIOSITY_LEVEL, item_buffer::add_factors};
+}

@@ -239,7 +239,7 @@ double PairFactors::mutual_area(Index i, Index j, double area, PairCounts& count
   const auto unoccluded = [&] {
     if (p_front || q_front)
       return radiosity::mutual_area(p_seen, q_seen, PatchColumns::least_distance(tolerance_));
-    return area != PatchColumns::kNear ? area : near_area(i, j);
+    return area != kNearPair ? area : near_area(i, j);
   };
   Occluders::View view = Occluders::View::crowded;
   if (visibility_.convex()) {

@@ -67,8 +67,7 @@ class PairFactors {
       if (free) {
         counts.free += static_cast<std::uint64_t>(patches.end() - j);
         for (; j != patches.end(); ++j, ++area)
-          if (const double mutual = *area != PatchColumns::kNear ? *area : near_area(i, *j); mutual > 0)
-            f(*j, mutual);
+          if (const double mutual = *area != kNearPair ? *area : near_area(i, *j); mutual > 0) f(*j, mutual);
         continue;
       }
       for (; j != patches.end(); ++j, ++area)

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "pair_kernels.hpp"
 #include "patch_groups.hpp"
 #include "polygon_factor.hpp"
 #include "radiosity/meshing/tolerances.hpp"
@@ -18,28 +19,21 @@ namespace radiosity {
 /// The value is that of the pair alone, whatever its neighbours, and the same from either side but for rounding.
 class PatchColumns {
  public:
-  /// Of pairs that no quadrature is good for: contours tell (mutual_area).
-  static constexpr double kNear = -1;
-
   /// The d of the last of them for triangles and any other polygon.
   static double least_distance(double error) { return std::pow(tolerance::kProductOdd / error, 1.0 / 6); }
 
   PatchColumns(const std::vector<Polygon>& polygons, const std::vector<PatchGroup>& groups, double error);
 
-  /// Into `areas`, in the order of the group's patches: m², at least 0, or kNear. Means nothing where one of the patches is not whole in
+  /// Into `areas`, in the order of the group's patches: m², at least 0, or kNearPair. Means nothing where one of the patches is not whole in
   /// front of the other.
   void mutual_areas(Index i, std::size_t group, std::vector<double>& areas) const;
-
-  struct Block {
-    std::size_t start, points;  ///< in the columns; the most of Polygon::rule
-  };
 
  private:
   struct Place {
     std::size_t block, lane;
   };
   std::vector<double> data_;
-  std::vector<Block> blocks_;
+  std::vector<ColumnBlock> blocks_;
   std::vector<std::size_t> first_block_;  // of groups, and the end
   std::vector<Place> place_;              // of patches
 };

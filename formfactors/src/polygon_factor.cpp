@@ -4,27 +4,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
+#include "pair_kernels.hpp"
 #include "radiosity/meshing/polygon_kit.hpp"
 #include "radiosity/meshing/tolerances.hpp"
-#include "vectors.hpp"
 
 namespace radiosity {
 namespace {
 
 using Edge = Polygon::Edge;
-
-constexpr double kSmallest = std::numeric_limits<double>::min();  // of normal numbers
-
-// Gauss–Legendre rule of 8 points on [−1, 1].
-constexpr std::array<double, kLanes> kGaussX{-0.9602898564975363, -0.7966664774136267, -0.5255324099163290,
-                                             -0.1834346424956498, 0.1834346424956498,  0.5255324099163290,
-                                             0.7966664774136267,  0.9602898564975363};
-constexpr std::array<double, kLanes> kGaussW{0.1012285362903763, 0.2223810344533745, 0.3137066458778873,
-                                             0.3626837833783620, 0.3626837833783620, 0.3137066458778873,
-                                             0.2223810344533745, 0.1012285362903763};
 
 Vec3 at(const Edge& e, double s) {
   return e.start + s * e.direction;
@@ -33,31 +22,6 @@ Vec3 at(const Edge& e, double s) {
 double distance(const Vec3& x, const Edge& e) {
   const double t = std::clamp((x - e.start).dot(e.direction), 0.0, e.length);
   return (x - at(e, t)).norm();
-}
-
-// ∫ ∫_f ln|x − y| |dy| |dx| over the part of length h about `middle` of an edge, by 8 points x; the inner integral is closed:
-//   w ln √(w² + d²) + p ln √(p² + d²) − l + d · (the angle under which x sees f),
-// where p and w = l − p are the parts of f before and after the foot of x, and d is the distance from its line.
-RADIOSITY_CLONES double part_of_edge_pair(const double* middle, const double* direction, double h,
-                                          const double* start, const double* line, double length) {
-  const Lanes s = load(kGaussX.data()) * (h / 2);
-  Lanes r[3];
-  for (std::size_t c = 0; c < 3; ++c) r[c] = middle[c] - start[c] + s * direction[c];
-  const Lanes p = r[0] * line[0] + r[1] * line[1] + r[2] * line[2];
-  const Lanes w = length - p;
-  const Lanes x0 = r[1] * line[2] - r[2] * line[1], x1 = r[2] * line[0] - r[0] * line[2],
-              x2 = r[0] * line[1] - r[1] * line[0];
-  const Lanes d2 = x0 * x0 + x1 * x1 + x2 * x2;
-  const Lanes d = square_root(d2);
-  const Lanes near = p * p + d2, far = w * w + d2;
-  const auto log_of = [](const Lanes& x) RADIOSITY_INLINED {
-    return natural_log(select(greater(x, Lanes{} + kSmallest), x, Lanes{} + 1));
-  };
-  const Lanes values = load(kGaussW.data()) * (w * log_of(far) / 2 + p * log_of(near) / 2 - length +
-                                               d * upper_angle(d * length, d2 - p * w));
-  double sum = 0;
-  for (std::size_t k = 0; k < kLanes; ++k) sum += values[k];
-  return sum * h / 2;
 }
 
 // Over [s0, s1] of e and all of f. Halved until the pieces are short compared with their distance
@@ -69,22 +33,8 @@ double graded(const Edge& e, const Edge& f, double s0, double s1) {
   const Vec3 x = at(e, middle);
   if (h > 1e-5 * e.length && distance(x, f) < 1.5 * h)
     return graded(e, f, s0, middle) + graded(e, f, middle, s1);
-  return part_of_edge_pair(x.data(), e.direction.data(), h, f.start.data(), f.direction.data(), f.length);
-}
-
-RADIOSITY_CLONES double parallel_sum(const double* w_of, const double* d_of, const double* sign,
-                                     std::size_t count) {
-  Lanes sum{};
-  for (std::size_t k = 0; k < count; k += kLanes) {
-    const Lanes w = load(w_of + k), d = load(d_of + k);
-    const Lanes width = absolute(w);
-    const Lanes w2 = w * w, d2 = d * d, q = w2 + d2;
-    const Lanes log = natural_log(select(greater(q, Lanes{} + kSmallest), q, Lanes{} + 1));
-    sum += load(sign + k) * ((w2 - d2) * log / 4 - 0.75 * w2 + width * d * upper_angle(width, d));
-  }
-  double out = 0;
-  for (std::size_t k = 0; k < kLanes; ++k) out += sum[k];
-  return out;
+  return pair_kernel().edge_pair(x.data(), e.direction.data(), h, f.start.data(), f.direction.data(),
+                                 f.length);
 }
 
 // Σ sign G of pairs of parallel edges, G''(w) = ln √(w² + d²), both constants of integration 0:
@@ -106,7 +56,7 @@ struct ParallelTerms {
       w[count] = d[count] = sign[count] = 0;
       ++count;
     }
-    sum += parallel_sum(w.data(), d.data(), sign.data(), count);
+    sum += pair_kernel().parallel_sum(w.data(), d.data(), sign.data(), count);
     count = 0;
   }
 };
@@ -138,24 +88,8 @@ double contour_mutual_area(std::span<const Edge> p, std::span<const Edge> q) {
   return (sum + parallel.sum) / (2 * std::numbers::pi);
 }
 
-// Kernel cosθ cosθ' / (π r²) summed over the two product rules, up to its sign. Points behind the other plane do not occur here.
-RADIOSITY_CLONES double quadrature(const Polygon::Rule& p, const double* p_normal, const Polygon::Rule& q,
-                                   const double* q_normal) {
-  Lanes sum{};
-  for (std::size_t i = 0; i < p.size; ++i) {
-    for (std::size_t k = 0; k < q.stride; k += kLanes) {
-      Lanes r[3];
-      for (std::size_t c = 0; c < 3; ++c)
-        r[c] = load(q.columns.data() + c * q.stride + k) - p.columns[c * p.stride + i];
-      const Lanes s = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
-      const Lanes cosines = (p_normal[0] * r[0] + p_normal[1] * r[1] + p_normal[2] * r[2]) *
-                            (q_normal[0] * r[0] + q_normal[1] * r[1] + q_normal[2] * r[2]);
-      sum += p.columns[3 * p.stride + i] * load(q.columns.data() + 3 * q.stride + k) * cosines / (s * s);
-    }
-  }
-  double out = 0;
-  for (std::size_t k = 0; k < kLanes; ++k) out += sum[k];
-  return out / std::numbers::pi;
+RuleColumns columns_of(const Polygon& p) {
+  return {p.rule.size, p.rule.stride, p.rule.columns.data(), p.normal.data()};
 }
 
 struct Node {
@@ -163,7 +97,7 @@ struct Node {
   double weight;
 };
 
-Polygon::Rule columns_of(const std::vector<Node>& nodes) {
+Polygon::Rule rule_of(const std::vector<Node>& nodes) {
   Polygon::Rule rule{nodes.size(), (nodes.size() + kLanes - 1) / kLanes * kLanes, {}};
   rule.columns.resize(4 * rule.stride);
   for (std::size_t k = 0; k < rule.stride && !nodes.empty(); ++k) {
@@ -229,8 +163,8 @@ Polygon::Polygon(std::vector<Vec3> c, const Vec3& unit_normal) : corners(std::mo
   for (const Vec3& v : corners) radius = std::max(radius, (v - centroid).norm());
   parallelogram = corners.size() == 4 &&
                   (corners[0] - corners[1] + corners[2] - corners[3]).norm() <= tolerance::kParallel * radius;
-  if (corners.size() == 4) rule = columns_of(tensor_nodes(corners, normal));
-  if (rule.size == 0) rule = columns_of(fan_nodes(corners, normal));
+  if (corners.size() == 4) rule = rule_of(tensor_nodes(corners, normal));
+  if (rule.size == 0) rule = rule_of(fan_nodes(corners, normal));
   edges.reserve(corners.size());
   for (std::size_t k = 0; k < corners.size(); ++k) {
     const Vec3 d = corners[(k + 1) % corners.size()] - corners[k];
@@ -262,7 +196,7 @@ double mutual_area(const Polygon& p, const Polygon& q, double far) {
   const double r = (p.centroid - q.centroid).norm();
   // The cosines have opposite signs: r points from one to the other.
   const double area = r > far * (p.radius + q.radius)
-                          ? -quadrature(p.rule, p.normal.data(), q.rule, q.normal.data())
+                          ? -pair_kernel().quadrature(columns_of(p), columns_of(q))
                           : contour_mutual_area(p.edges, q.edges);
   return std::clamp(area, 0.0, std::min(p.area, q.area));  // rounding may leave that range by 1e-16
 }

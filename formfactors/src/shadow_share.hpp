@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "pair_kernels.hpp"
 #include "polygon_factor.hpp"
 
 namespace radiosity {
@@ -20,7 +21,7 @@ class ShadowShare {
   /// Three corners, or the four of a parallelogram, counter-clockwise about the normal.
   ShadowShare(std::span<const Vec3> corners, const Vec3& normal);
 
-  static constexpr std::size_t kMost = 8, kMostCorners = 16;
+  static constexpr std::size_t kMost = kMostShadows, kMostCorners = kMostShadowCorners;
   /// One of at most kMost polygons of at most kMostCorners corners together. Those of one group do not overlap; where a normal is
   /// given only points in front of it see its shadow.
   void add(std::span<const Vec3> polygon, std::size_t group, const Vec3* normal);

@@ -1,114 +1,207 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <bit>
-#include <cmath>
+#include <cstddef>
 #include <cstdint>
-#include <cstring>
+#include <utility>
 
-#include "vector_clones.hpp"
-
-/// Eight numbers at a time, in functions that are RADIOSITY_CLONES. Without fused multiply-add every processor gives the same bits.
+/// Vectors of 64 bytes in parts as wide as the registers of the processor that a source is built for; wider ones the compiler
+/// would take apart number by number. For the sources that are built once for each level of processors: all is local to them, so that
+/// nothing of a higher level is linked into the others. Without fused multiply-add every level gives the same bits.
 namespace radiosity {
+namespace {
 
-inline constexpr std::size_t kLanes = 8;
-using Lanes [[gnu::vector_size(kLanes * sizeof(double))]] = double;
-using LaneBits [[gnu::vector_size(kLanes * sizeof(double))]] = std::int64_t;
+#if defined(__AVX512F__)
+constexpr std::size_t kBytes = 64;
+#elif defined(__AVX__)
+constexpr std::size_t kBytes = 32;
+#else
+constexpr std::size_t kBytes = 16;
+#endif
+constexpr std::size_t kParts = 64 / kBytes;
 
-RADIOSITY_INLINE Lanes load(const double* from) {
-  Lanes out;
-  std::memcpy(&out, from, sizeof out);
+template <class T>
+struct MaskOf {
+  using Number = T;
+};
+template <>
+struct MaskOf<float> {
+  using Number = std::int32_t;
+};
+template <>
+struct MaskOf<double> {
+  using Number = std::int64_t;
+};
+
+template <class T>
+struct Vector {
+  typedef T Part __attribute__((vector_size(kBytes)));
+  using Mask = Vector<typename MaskOf<T>::Number>;  // of bits all set or none
+
+  Part part[kParts];
+
+  Vector() = default;
+  Vector(T x) : Vector(each([x](auto zero) { return x - zero; }, Vector{})) {}  // in every lane
+
+  // Unrolled by a pack: arrays that loops index stay in memory.
+  template <class F, class... A>
+  static Vector each(F f, const A&... a) {
+    return all(std::make_index_sequence<kParts>(), f, a...);
+  }
+
+  friend Vector operator+(const Vector& a, const Vector& b) {
+    return each([](auto x, auto y) { return x + y; }, a, b);
+  }
+  friend Vector operator-(const Vector& a, const Vector& b) {
+    return each([](auto x, auto y) { return x - y; }, a, b);
+  }
+  friend Vector operator*(const Vector& a, const Vector& b) {
+    return each([](auto x, auto y) { return x * y; }, a, b);
+  }
+  friend Vector operator/(const Vector& a, const Vector& b) {
+    return each([](auto x, auto y) { return x / y; }, a, b);
+  }
+  friend Vector operator-(const Vector& a) {
+    return each([](auto x) { return -x; }, a);
+  }
+  friend Vector operator&(const Vector& a, const Vector& b) {
+    return each([](auto x, auto y) { return x & y; }, a, b);
+  }
+  friend Vector operator|(const Vector& a, const Vector& b) {
+    return each([](auto x, auto y) { return x | y; }, a, b);
+  }
+  friend Vector operator^(const Vector& a, const Vector& b) {
+    return each([](auto x, auto y) { return x ^ y; }, a, b);
+  }
+  friend Vector operator~(const Vector& a) {
+    return each([](auto x) { return ~x; }, a);
+  }
+  Vector& operator+=(const Vector& b) { return *this = *this + b; }
+  Vector& operator&=(const Vector& b) { return *this = *this & b; }
+  Vector& operator|=(const Vector& b) { return *this = *this | b; }
+
+  friend Vector operator>>(const Vector& a, int bits) {
+    return each([bits](auto x) { return x >> bits; }, a);
+  }
+
+  friend Mask operator<(const Vector& a, const Vector& b) {
+    return Mask::each([](auto x, auto y) { return x < y; }, a, b);
+  }
+  friend Mask operator>(const Vector& a, const Vector& b) { return b < a; }
+  friend Mask operator>=(const Vector& a, const Vector& b) {
+    return Mask::each([](auto x, auto y) { return x >= y; }, a, b);
+  }
+  friend Mask operator==(const Vector& a, const Vector& b) {
+    return Mask::each([](auto x, auto y) { return x == y; }, a, b);
+  }
+
+  friend Vector select(const Mask& mask, const Vector& a, const Vector& b) {
+    return each([](auto m, auto x, auto y) { return m ? x : y; }, mask, a, b);
+  }
+  friend Vector min(const Vector& a, const Vector& b) {
+    return each([](auto x, auto y) { return x < y ? x : y; }, a, b);
+  }
+  friend Vector max(const Vector& a, const Vector& b) {
+    return each([](auto x, auto y) { return x > y ? x : y; }, a, b);
+  }
+  friend Vector abs(const Vector& a) { return max(a, -a); }
+
+ private:
+  template <std::size_t k, class F, class... A>
+  static auto one(F f, const A&... a) {
+    return f(a.part[k]...);
+  }
+  template <std::size_t... k, class F, class... A>
+  static Vector all(std::index_sequence<k...>, F f, const A&... a) {
+    Vector out;
+    ((out.part[k] = one<k>(f, a...)), ...);
+    return out;
+  }
+};
+
+using Floats = Vector<float>;
+using Ints = Vector<std::int32_t>;
+using Doubles = Vector<double>;
+using Longs = Vector<std::int64_t>;
+
+/// The same bits.
+template <class To, class From>
+inline To as(const From& from) {
+  return To::each([](auto x) { return reinterpret_cast<typename To::Part>(x); }, from);
+}
+// Part by part: whole structs would be copied through general registers.
+template <class T>
+inline Vector<T> load(const T* from) {
+  Vector<T> out;
+  for (std::size_t k = 0; k < kParts; ++k)
+    __builtin_memcpy(&out.part[k], from + k * kBytes / sizeof(T), kBytes);
   return out;
 }
-RADIOSITY_INLINE void store(const Lanes& lanes, double* to) {
-  std::memcpy(to, &lanes, sizeof lanes);
+template <class T>
+inline void store(T* to, const Vector<T>& from) {
+  for (std::size_t k = 0; k < kParts; ++k)
+    __builtin_memcpy(to + k * kBytes / sizeof(T), &from.part[k], kBytes);
 }
 
-/// All bits where a > b. A loop: the compiler takes vector comparisons apart before it knows the processor.
-RADIOSITY_INLINE LaneBits greater(const Lanes& a, const Lanes& b) {
-  double x[kLanes], y[kLanes];
-  std::int64_t mask[kLanes];
-  store(a, x);
-  store(b, y);
-  for (std::size_t k = 0; k < kLanes; ++k) mask[k] = x[k] > y[k] ? -1 : 0;
-  LaneBits out;
-  std::memcpy(&out, mask, sizeof out);
-  return out;
+/// Bit k is set where the mask is, in lane k.
+template <class T>
+inline std::uint32_t lane_bits(const Vector<T>& mask) {
+  constexpr std::size_t kPartLanes = kBytes / sizeof(T);
+  std::uint32_t bits = 0;
+  for (std::size_t k = 0; k < kParts; ++k) {
+    std::uint32_t part = 0;
+    if constexpr (sizeof(T) == sizeof(float)) {
+#if defined(__AVX512F__)
+      part = __builtin_ia32_cvtd2mask512(mask.part[k]);
+#elif defined(__AVX__)
+      part = static_cast<std::uint32_t>(
+          __builtin_ia32_movmskps256(reinterpret_cast<Floats::Part>(mask.part[k])));
+#elif defined(__SSE2__)
+      part =
+          static_cast<std::uint32_t>(__builtin_ia32_movmskps(reinterpret_cast<Floats::Part>(mask.part[k])));
+#else
+      for (std::size_t n = 0; n < kPartLanes; ++n) part |= (mask.part[k][n] & 1U) << n;
+#endif
+    } else {
+#if defined(__AVX512F__)
+      part = __builtin_ia32_cvtq2mask512(reinterpret_cast<Vector<long long>::Part>(mask.part[k]));
+#elif defined(__AVX__)
+      part = static_cast<std::uint32_t>(
+          __builtin_ia32_movmskpd256(reinterpret_cast<Doubles::Part>(mask.part[k])));
+#elif defined(__SSE2__)
+      part =
+          static_cast<std::uint32_t>(__builtin_ia32_movmskpd(reinterpret_cast<Doubles::Part>(mask.part[k])));
+#else
+      for (std::size_t n = 0; n < kPartLanes; ++n)
+        part |= static_cast<std::uint32_t>(mask.part[k][n] & 1) << n;
+#endif
+    }
+    bits |= part << (k * kPartLanes);
+  }
+  return bits;
 }
-RADIOSITY_INLINE Lanes select(const LaneBits& mask, const Lanes& a, const Lanes& b) {
-  return std::bit_cast<Lanes>((mask & std::bit_cast<LaneBits>(a)) | (~mask & std::bit_cast<LaneBits>(b)));
-}
-RADIOSITY_INLINE bool any(const LaneBits& mask) {
-  std::int64_t bits = 0;
-  for (std::size_t k = 0; k < kLanes; ++k) bits |= mask[k];
-  return bits != 0;
-}
-
-RADIOSITY_INLINE Lanes absolute(const Lanes& x) {
-  constexpr std::int64_t kAllButSign = 0x7fffffffffffffff;
-  return std::bit_cast<Lanes>(std::bit_cast<LaneBits>(x) & kAllButSign);
-}
-RADIOSITY_INLINE Lanes square_root(const Lanes& x) {
-  double root[kLanes];
-  store(x, root);
-  for (double& r : root) r = std::sqrt(r);
-  return load(root);
-}
-
-/// Of positive normal numbers, to 2 units in the last place or 3e-16: x = 2^e m with m within [1/√2, √2),
-///   ln m = 2 artanh s = 2 (s + s³/3 + s⁵/5 + …),   s = (m − 1) / (m + 1), s² < 0.03.
-RADIOSITY_INLINE Lanes natural_log(const Lanes& x) {
-  constexpr std::int64_t kMantissa = 0x000fffffffffffff, kOne = 0x3ff0000000000000,
-                         kHalf = 0x3fe0000000000000;
-  constexpr std::int64_t kTwo52 = 0x4330000000000000;
-  const auto bits = std::bit_cast<LaneBits>(x);
-  Lanes m = std::bit_cast<Lanes>((bits & kMantissa) | kOne);
-  // An integer k below 2^52 is, in the last bits of 2^52, the double 2^52 + k.
-  Lanes e = std::bit_cast<Lanes>((bits >> 52) | kTwo52) - (0x1p52 + 1023);
-  const LaneBits large = greater(m, Lanes{} + 0x1.6a09e667f3bcdp+0);
-  m = select(large, std::bit_cast<Lanes>((bits & kMantissa) | kHalf), m);
-  e = select(large, e + 1, e);
-  const Lanes s = (m - 1) / (m + 1);
-  const Lanes z = s * s;
-  Lanes sum = z * (2.0 / 21) + 2.0 / 19;
-  sum = sum * z + 2.0 / 17;
-  sum = sum * z + 2.0 / 15;
-  sum = sum * z + 2.0 / 13;
-  sum = sum * z + 2.0 / 11;
-  sum = sum * z + 2.0 / 9;
-  sum = sum * z + 2.0 / 7;
-  sum = sum * z + 2.0 / 5;
-  sum = sum * z + 2.0 / 3;
-  // ln 2 as the sum of a short number, which e multiplies exactly, and the rest.
-  constexpr double kLn2 = 0x1.62e42fefa0000p-1, kLn2Rest = 0x1.cf79abc9e3b3ap-40;
-  return e * kLn2 + (2 * s + (s * z * sum + e * kLn2Rest));
+template <class T>
+inline bool any(const Vector<T>& mask) {
+  return lane_bits(mask) != 0;
 }
 
-/// The angle of (x, y) with y ≥ 0, in [0, π]; 0 where both are 0. To 4e-16: t = min(|x|, y) / max(|x|, y) or, above tan π/8,
-/// (t − 1) / (t + 1), and the polynomial that equals arctan √z / √z at the Chebyshev points of [0, tan² π/8], to 2e-18.
-RADIOSITY_INLINE Lanes upper_angle(const Lanes& y, const Lanes& x) {
-  constexpr double kTanEighth = 0x1.a827999fcef32p-2, kQuarter = 0x1.921fb54442d18p-1;
-  const Lanes width = absolute(x);
-  const LaneBits steep = greater(y, width);
-  const Lanes low = select(steep, width, y), high = select(steep, y, width);
-  const LaneBits reduced = greater(low, kTanEighth * high);
-  const Lanes numerator = select(reduced, low - high, low), sum = select(reduced, low + high, high);
-  const Lanes t = numerator / select(greater(sum, Lanes{}), sum, Lanes{} + 1);
-  const Lanes z = t * t;
-  Lanes p = z * -0.017805397205419446 + 0.03796525745386593;
-  p = p * z - 0.05035102456601552;
-  p = p * z + 0.05846878297330872;
-  p = p * z - 0.06662951813629191;
-  p = p * z + 0.07692045330902225;
-  p = p * z - 0.09090896809064027;
-  p = p * z + 0.11111110744919658;
-  p = p * z - 0.14285714279250245;
-  p = p * z + 0.19999999999940893;
-  p = p * z - 0.3333333333333312;
-  Lanes angle = t + t * z * p;
-  angle = select(reduced, angle + kQuarter, angle);
-  angle = select(steep, 2 * kQuarter - angle, angle);
-  return select(greater(Lanes{}, x), 4 * kQuarter - angle, angle);
+inline Doubles sqrt(const Doubles& a) {
+  return Doubles::each(
+      [](auto x) {
+        decltype(x) root;
+        for (std::size_t k = 0; k < kBytes / sizeof(double); ++k) root[k] = __builtin_sqrt(x[k]);
+        return root;
+      },
+      a);
+}
+// Halves are brought together, then quarters and numbers.
+inline double sum_of(const Doubles& a) {
+  typedef double Two __attribute__((vector_size(16)));
+  Two q[4];
+  __builtin_memcpy(q, a.part, sizeof q);
+  const Two two = (q[0] + q[2]) + (q[1] + q[3]);
+  return two[0] + two[1];
 }
 
+}  // namespace
 }  // namespace radiosity
