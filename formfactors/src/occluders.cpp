@@ -181,6 +181,9 @@ bool Occluders::take(const std::vector<Facet>& facets, const Vec3& origin, std::
         c -= origin;
         polygon.offset += piece.normal.dot(c) / static_cast<double>(piece.corners.size());
       }
+      for (std::size_t k = 0; k < polygon.corners.size(); ++k)
+        polygon.inward.push_back(
+            piece.normal.cross(polygon.corners[(k + 1) % polygon.corners.size()] - polygon.corners[k]));
       polygon.box = box_of(polygon.corners);
       sort_by_angle(polygon);
       polygons_.push_back(std::move(polygon));
@@ -378,36 +381,39 @@ bool Occluders::between(const Sides& a, std::size_t i, std::span<const Vec3> p, 
   return true;
 }
 
-// Planes through an edge of one and a corner of the other that have both on one side.
+// Planes through an edge of one and the corner of the other that have both on one side.
 void Occluders::make_shaft(std::span<const Vec3> p, std::span<const Vec3> q, Scratch& scratch) const {
-  scratch.shaft.clear();
+  constexpr double kAlike = 1e-9;
+  auto& shaft = scratch.shaft;
+  shaft.clear();
   const auto support = [&](std::span<const Vec3> a, std::span<const Vec3> b) {
+    Vec3 middle = Vec3::Zero();
+    for (const Vec3& x : a) middle += x / static_cast<double>(a.size());
     for (std::size_t k = 0; k < a.size(); ++k) {
       const Vec3& e0 = a[k];
       const Vec3 e = a[k + 1 == a.size() ? 0 : k + 1] - e0;
-      for (const Vec3& c : b) {
-        const Vec3 normal = e.cross(c - e0);
-        // At least the length, at most √3 times that, and no root: most planes split one of the two.
-        const double slack = slack_ * normal.lpNorm<1>();
-        double low = 0;
-        double high = 0;
-        const auto splits = [&](const Vec3& v) {
-          const double h = normal.dot(v - e0);
-          low = std::min(low, h);
-          high = std::max(high, h);
-          return low < -slack && high > slack;
-        };
-        // The other polygon first: mostly it is the one that a plane splits.
-        if (std::any_of(b.begin(), b.end(), splits) || std::any_of(a.begin(), a.end(), splits)) continue;
-        const double length = normal.norm();
-        if (length <= slack_ * e.norm()) continue;
-        const double outward = (high <= slack ? 1 : -1) / length;
-        scratch.shaft.push_back({outward * normal, outward * normal.dot(e0)});
-      }
+      // Turned about the edge from the middle outwards, past all corners of b.
+      const double least = slack_ * slack_ * e.squaredNorm();
+      Vec3 normal = Vec3::Zero();
+      for (const Vec3& c : b)
+        if (normal.dot(c - e0) > 0 || normal.squaredNorm() <= least) {
+          normal = e.cross(c - e0);
+          if (normal.dot(middle - e0) > 0) normal = -normal;
+        }
+      const double length = normal.norm();
+      if (length <= slack_ * e.norm()) continue;
+      normal /= length;
+      const auto outside = [&](const Vec3& v) { return normal.dot(v - e0) > slack_; };
+      if (std::any_of(b.begin(), b.end(), outside)) continue;
+      const double offset = normal.dot(e0);
+      if (std::none_of(shaft.begin(), shaft.end(), [&](const Scratch::Plane& plane) {
+            return std::abs(plane.offset - offset) <= slack_ && (plane.normal - normal).lpNorm<1>() <= kAlike;
+          }))
+        shaft.push_back({normal, offset});
     }
   };
-  support(p, q);
-  support(q, p);
+  if (p.size() > 2) support(p, q);
+  if (q.size() > 2) support(q, p);
 }
 
 // Along the corners of a convex polygon n·x rises from the first edge that does not turn away from n to the last: at the start
@@ -437,17 +443,18 @@ bool Occluders::in_shaft(const Convex& polygon, const Scratch& scratch) const {
 
 // One convex polygon that meets the segments between all pairs of corners meets all segments.
 bool Occluders::hides(const Convex& polygon, std::span<const Vec3> p, std::span<const Vec3> q) const {
+  const std::size_t corners = polygon.corners.size();
   for (const Vec3& x : p) {
     const double hx = polygon.normal.dot(x) - polygon.offset;
     for (const Vec3& y : q) {
       const double hy = polygon.normal.dot(y) - polygon.offset;
       if (hx * hy >= 0) return false;
       const Vec3 cut = x + hx / (hx - hy) * (y - x);
-      const auto [first, count] = edges_near(polygon, std::span(&cut, 1));
+      const auto [first, count] =
+          polygon.angles.empty() ? Edges{0, corners} : edges_near(polygon, std::span(&cut, 1));
       for (std::size_t e = 0, k = first; e < count; ++e) {
-        const Vec3& a = polygon.corners[k];
-        k = k + 1 == polygon.corners.size() ? 0 : k + 1;
-        if (polygon.normal.dot((polygon.corners[k] - a).cross(cut - a)) < 0) return false;
+        if (polygon.inward[k].dot(cut - polygon.corners[k]) < 0) return false;
+        k = k + 1 == corners ? 0 : k + 1;
       }
     }
   }

@@ -114,6 +114,7 @@ class Occluders {
     double offset;
     Box box;
     std::size_t facet;
+    std::vector<Vec3> inward = {};  ///< of edges: perpendicular to them in the plane
     /// Of polygons with many corners: those by angle about the middle, so that a search finds the edges a point is near to.
     std::vector<double> angles = {};  ///< relative to the first corner's, ascending
     Vec3 middle = Vec3::Zero(), u = Vec3::Zero(), v = Vec3::Zero();

@@ -17,32 +17,20 @@ namespace radiosity {
 
 namespace {
 
-// Calls f(x, weight) for points of a convex polygon: the midpoints of an m × m grid on a quad, otherwise the centroids of the
-// m² similar triangles of each triangle of a fan. Weights are areas.
+// Calls f(x, weight) for points of a convex polygon: a rule on a quad, or on each triangle of a fan. Weights are areas.
 template <class F>
-void for_each_point(const Polygon& polygon, int m, F&& f) {
+void for_each_point(const Polygon& polygon, const PointRules::Rule& rule, F&& f) {
   const auto& c = polygon.corners;
-  const double h = 1.0 / m;
   if (c.size() == 4) {
     const polygon::BilinearQuad quad(c);
-    for (int a = 0; a < m; ++a) {
-      for (int b = 0; b < m; ++b) {
-        const double u = (a + 0.5) * h, v = (b + 0.5) * h;
-        f(quad.at(u, v), polygon.normal.dot(quad.area_vector(u, v)));
-      }
-    }
+    for (const auto [u, v] : rule.square) f(quad.at(u, v), polygon.normal.dot(quad.area_vector(u, v)));
     return;
   }
   for (std::size_t k = 1; k + 1 < c.size(); ++k) {
     const Vec3 e1 = c[k] - c[0];
     const Vec3 e2 = c[k + 1] - c[0];
     const double area = polygon.normal.dot(e1.cross(e2));
-    for (int a = 0; a < m; ++a) {
-      for (int b = 0; a + b < m; ++b) {
-        f(c[0] + ((a + 1.0 / 3) * h) * e1 + ((b + 1.0 / 3) * h) * e2, area);
-        if (a + b + 1 < m) f(c[0] + ((a + 2.0 / 3) * h) * e1 + ((b + 2.0 / 3) * h) * e2, area);
-      }
-    }
+    for (const auto [u, v] : rule.triangle) f(c[0] + u * e1 + v * e2, area);
   }
 }
 
@@ -89,6 +77,7 @@ PairFactors::PairFactors(const Visibility& visibility, Index samples, std::uint6
   if (visibility.convex()) return;
   occluders_.emplace(mesh, visibility.facets(), groups_, rows, centre_of(mesh));
   if (!occluders_->usable()) occluders_.reset();
+  if (occluders_) rules_.emplace(static_cast<std::size_t>(kMostOfSamples * samples_));
 }
 
 PairFactors::Weights PairFactors::sight_lines(Index i, Index j, Index first, Index last) const {
@@ -215,7 +204,7 @@ double PairFactors::near_area(Index i, Index j) const {
   return radiosity::mutual_area(polygons_[std::min(i, j)], polygons_[std::max(i, j)], kContour);
 }
 
-double PairFactors::mutual_area(Index i, Index j, double area, PairCounts& counts) const {
+double PairFactors::mutual_area(Index i, Index j, double area, Work& work, PairCounts& counts) const {
   // Of patches of one size the first, whatever rounding says.
   if (j < i) std::swap(i, j);
   if (polygons_[j].area < polygons_[i].area * (1 - tolerance::kSameArea)) std::swap(i, j);
@@ -257,7 +246,7 @@ double PairFactors::mutual_area(Index i, Index j, double area, PairCounts& count
     case Occluders::View::partial: {
       ++counts.partial;
       const double whole = unoccluded();
-      return visible_by_shadows(i, p_seen, q_seen, whole) * whole;
+      return visible_by_shadows(i, p_seen, q_seen, whole, work) * whole;
     }
     case Occluders::View::crowded:
       break;
@@ -277,15 +266,17 @@ PairCounts PairFactors::counts() const {
   return counts_;
 }
 
-double PairFactors::visible_by_shadows(Index i, const Polygon& from, const Polygon& to, double mutual) const {
+double PairFactors::visible_by_shadows(Index i, const Polygon& from, const Polygon& to, double mutual,
+                                       Work& work) const {
   constexpr std::size_t kFew = 256;
   const double share = mutual / from.area * static_cast<double>(std::max(kFew, polygons_.size()));
-  const double side = std::sqrt(samples_) * std::clamp(std::cbrt(share), 0.0, 4.0);
-  const int points = std::max(1, static_cast<int>(std::lround(side)));
-  if (const std::optional<double> visible = visible_by_areas(i, from, to, points)) return *visible;
+  const double points = samples_ * std::min(std::cbrt(share * share), kMostOfSamples);
+  if (const std::optional<double> visible =
+          visible_by_areas(i, from, to, rules_->nearest_of_vectors(points), work))
+    return *visible;
   double seen = 0;
   double all = 0;
-  for_each_point(from, points, [&](const Vec3& x, double weight) {
+  for_each_point(from, rules_->nearest(points), [&](const Vec3& x, double weight) {
     const double factor = point_factor(x, from.normal, to.corners);
     all += weight * factor;
     seen += weight * occluders_->visible_point_factor(x, from.normal, to.corners, factor, scratch);
@@ -293,37 +284,50 @@ double PairFactors::visible_by_shadows(Index i, const Polygon& from, const Polyg
   return all > 0 ? std::clamp(seen / all, 0.0, 1.0) : 0;
 }
 
+ShadowShare::Points& PairFactors::points_on(Index i, const Polygon& from, const PointRules::Rule& rule,
+                                            Work& work) const {
+  const bool kept = i == work.row && &from == &polygons_[i];
+  work.points.resize(rules_->count());
+  ShadowShare::Points& at = kept ? work.points[rules_->number(rule)] : work.others;
+  if (!kept) at.clear();
+  if (at.columns[0].empty())
+    for_each_point(from, rule, [&](const Vec3& x, double weight) { at.add(x, weight); });
+  at.fill();
+  return at;
+}
+
 std::optional<double> PairFactors::visible_by_areas(Index i, const Polygon& from, const Polygon& to,
-                                                    int points) const {
-  if (scratch.candidates.size() > ShadowShare::kMost ||
+                                                    const PointRules::Rule& rule, Work& work) const {
+  Occluders::Scratch& asked = scratch;
+  const std::vector<int>& candidates = asked.candidates;
+  if (candidates.size() > ShadowShare::kMost ||
       (to.centroid - from.centroid).norm() < tolerance::kShadowShare * to.radius + from.radius)
     return std::nullopt;
-  thread_local std::vector<std::vector<Vec3>> parts;
-  parts.resize(scratch.candidates.size());
+  std::array<std::span<const Vec3>, ShadowShare::kMost> parts;
+  std::array<std::vector<Vec3>, ShadowShare::kMost> cut;
   std::size_t corners = 0;
-  for (std::size_t k = 0; k < parts.size(); ++k) {
-    std::vector<Vec3>& part = parts[k];
-    part = polygon::clip(occluders_->corners(scratch.candidates[k]), to.normal, to.centroid);
-    part = polygon::clip(part, from.normal, from.centroid);
-    thread_local std::vector<Vec3> clipped;
-    clipped = part;
-    if (part.size() >= 3) Occluders::clip_to_shaft(clipped, scratch);
-    if (clipped.size() < 3) part.clear();
-    if (part.empty()) continue;
-    corners += part.size();
+  for (std::size_t k = 0; k < candidates.size(); ++k) {
+    parts[k] = occluders_->corners(candidates[k]);
+    for (const Polygon* side : {&to, &from})
+      if (std::any_of(parts[k].begin(), parts[k].end(),
+                      [&](const Vec3& c) { return side->normal.dot(c - side->centroid) < 0; })) {
+        cut[k] = polygon::clip(parts[k], side->normal, side->centroid);
+        parts[k] = cut[k];
+      }
+    asked.part.assign(parts[k].begin(), parts[k].end());
+    if (parts[k].size() >= 3) Occluders::clip_to_shaft(asked.part, asked);
+    if (asked.part.size() < 3) parts[k] = {};
+    corners += parts[k].size();
     if (corners > ShadowShare::kMostCorners) return std::nullopt;
   }
   if (corners == 0) return 1.0;
-  thread_local ShadowShare::Points at;
-  at.clear();
-  for_each_point(from, points, [&](const Vec3& x, double weight) { at.add(x, weight); });
-  at.fill();
+  ShadowShare::Points& at = points_on(i, from, rule, work);
   const auto add = [&](std::span<const Vec3> piece) {
     ShadowShare shadows(piece, to.normal);
-    for (std::size_t k = 0; k < parts.size(); ++k) {
-      const int o = scratch.candidates[k];
-      const auto [group, fronts_only] = occluders_->shadow_group(i, o);
-      if (parts[k].size() >= 3) shadows.add(parts[k], group, fronts_only ? &occluders_->normal(o) : nullptr);
+    for (std::size_t k = 0; k < candidates.size(); ++k) {
+      if (parts[k].empty()) continue;
+      const auto [group, fronts_only] = occluders_->shadow_group(i, candidates[k]);
+      shadows.add(parts[k], group, fronts_only ? &occluders_->normal(candidates[k]) : nullptr);
     }
     shadows.add_to(at, from.normal);
   };

@@ -12,6 +12,7 @@
 
 #include "occluders.hpp"
 #include "patch_columns.hpp"
+#include "point_rules.hpp"
 #include "radiosity/formfactors/form_factor_method.hpp"
 #include "shadow_share.hpp"
 
@@ -21,7 +22,7 @@ namespace radiosity {
 /// Elsewhere the polygons of the scene as they were before they were cut into patches are asked (Occluders): most pairs
 /// are proved to see all or nothing of each other. The others take the fraction
 ///   Σ_k w_k F(x_k → visible part of j) / Σ_k w_k F(x_k → j)
-/// over N points x_k of the smaller patch, each term exact or, where patches are some radii apart, by ShadowShare. Its error goes like F/N, so the sum of squares over all pairs
+/// over N points x_k of the smaller patch, of PointRules, each term exact or, where patches are some radii apart, by ShadowShare. Its error goes like F/N, so the sum of squares over all pairs
 /// is least for a given work where
 ///   N = samples · min(16, (n F)^(2/3)),   F the larger of F_ij and F_ji without occlusion, n the number of patches, at
 /// least 256.
@@ -49,7 +50,7 @@ class PairFactors {
       Index i, bool upper, F&& f, Skip&& skip = [](const std::vector<Index>&) { return false; }) const {
     const PatchMesh& mesh = visibility_.mesh();
     PairCounts counts;
-    std::vector<double> areas;
+    Work work{i};
     for (std::size_t group = 0; group < groups_.size(); ++group) {
       const std::vector<Index>& patches = groups_[group].patches;
       // All are of the cell, or of one image of it.
@@ -62,8 +63,8 @@ class PairFactors {
         continue;
       }
       const bool free = sees_all_of(i, group);
-      columns_.mutual_areas(i, group, areas);
-      const double* area = areas.data() + (j - patches.begin());
+      columns_.mutual_areas(i, group, work.areas);
+      const double* area = work.areas.data() + (j - patches.begin());
       if (free) {
         counts.free += static_cast<std::uint64_t>(patches.end() - j);
         for (; j != patches.end(); ++j, ++area)
@@ -71,7 +72,7 @@ class PairFactors {
         continue;
       }
       for (; j != patches.end(); ++j, ++area)
-        if (const double mutual = mutual_area(i, *j, *area, counts); mutual > 0) f(*j, mutual);
+        if (const double mutual = mutual_area(i, *j, *area, work, counts); mutual > 0) f(*j, mutual);
     }
     add(counts);
   }
@@ -87,6 +88,13 @@ class PairFactors {
   PairCounts counts() const;  ///< of for_each_in_row
 
  private:
+  // Memory of one row.
+  struct Work {
+    Index row;
+    std::vector<double> areas = {};
+    std::vector<ShadowShare::Points> points = {};  // on its patch, by their rules
+    ShadowShare::Points others = {};               // on another one
+  };
   struct Weights {
     double seen = 0, all = 0;
   };
@@ -95,14 +103,17 @@ class PairFactors {
   // After `approach`: nothing is in between, and all patches of the group are whole in front of i, which is whole in front of them.
   bool sees_all_of(Index i, std::size_t group) const;
   // Where PatchColumns gives `area`.
-  double mutual_area(Index i, Index j, double area, PairCounts& counts) const;
+  double mutual_area(Index i, Index j, double area, Work& work, PairCounts& counts) const;
   double near_area(Index i, Index j) const;
   void add(const PairCounts& counts) const;
   Weights sight_lines(Index i, Index j, Index first, Index last) const;
   double visible_by_rays(Index i, Index j) const;
   // Of patch i, the smaller one, as far as it is `from`.
-  std::optional<double> visible_by_areas(Index i, const Polygon& from, const Polygon& to, int points) const;
-  double visible_by_shadows(Index i, const Polygon& from, const Polygon& to, double mutual) const;
+  std::optional<double> visible_by_areas(Index i, const Polygon& from, const Polygon& to,
+                                         const PointRules::Rule& rule, Work& work) const;
+  ShadowShare::Points& points_on(Index i, const Polygon& from, const PointRules::Rule& rule,
+                                 Work& work) const;
+  double visible_by_shadows(Index i, const Polygon& from, const Polygon& to, double mutual, Work& work) const;
 
   const Visibility& visibility_;
   Index samples_, packets_;
@@ -115,6 +126,8 @@ class PairFactors {
   std::vector<bool> any_covered_;  // of groups
   PatchColumns columns_;
   std::optional<Occluders> occluders_;  // absent where rays alone are used
+  static constexpr double kMostOfSamples = 16;
+  std::optional<PointRules> rules_;  // with the occluders
   mutable std::atomic<std::uint64_t> rays_{0};
   mutable std::mutex counting_;
   mutable PairCounts counts_;

@@ -23,16 +23,18 @@ ShadowShare::ShadowShare(std::span<const Vec3> corners, const Vec3& normal)
 }
 
 void ShadowShare::add(std::span<const Vec3> polygon, std::size_t group, const Vec3* normal) {
-  Shadow& shadow = shadows_.emplace_back();
+  const std::size_t first = corners_;
   for (const Vec3& corner : polygon) {
     const Vec3 r = corner - origin_;
-    shadow.u.push_back(dual_u_.dot(r));
-    shadow.v.push_back(dual_v_.dot(r));
-    shadow.h.push_back(normal_.dot(r));
+    u_of_[corners_] = dual_u_.dot(r);
+    v_of_[corners_] = dual_v_.dot(r);
+    h_of_[corners_++] = normal_.dot(r);
   }
-  shadow.group = group;
-  shadow.plane = {0, 0, 0, -1};
-  if (normal) shadow.plane = {normal->x(), normal->y(), normal->z(), normal->dot(polygon[0] - origin_)};
+  planes_[count_] = {0, 0, 0, -1};
+  if (normal) planes_[count_] = {normal->x(), normal->y(), normal->z(), normal->dot(polygon[0] - origin_)};
+  shadows_[count_] = {&u_of_[first],  &v_of_[first],          &h_of_[first],
+                      polygon.size(), planes_[count_].data(), group};
+  ++count_;
 }
 
 void ShadowShare::Points::fill() {
@@ -46,18 +48,13 @@ void ShadowShare::Points::fill() {
 void ShadowShare::add_to(Points& points, const Vec3& normal) const {
   const ShadowFrame frame{origin_.data(), u_.data(),      v_.data(),          normal_.data(),
                           dual_u_.data(), dual_v_.data(), u_.cross(v_).norm()};
-  std::array<ShadowCorners, kMost> corners;
-  for (std::size_t n = 0; n < shadows_.size(); ++n) {
-    const Shadow& s = shadows_[n];
-    corners[n] = {s.u.data(), s.v.data(), s.h.data(), s.u.size(), s.plane.data(), s.group};
-  }
   const PairKernels& kernel = pair_kernel();
   const auto add = triangle_ ? kernel.shadows_on_triangle : kernel.shadows_on_parallelogram;
   const auto& columns = points.columns;
   for (std::size_t k = 0; k < columns[0].size(); k += kLanes) {
     const double* const at[3] = {&columns[0][k], &columns[1][k], &columns[2][k]};
     double* const answers[3] = {&points.all[k], &points.seen[k], &points.unsure[k]};
-    add(at, normal.data(), frame, corners.data(), shadows_.size(), answers);
+    add(at, normal.data(), frame, shadows_.data(), count_, answers);
   }
 }
 

@@ -25,6 +25,7 @@ class ShadowShare {
   /// One of at most kMost polygons of at most kMostCorners corners together. Those of one group do not overlap; where a normal is
   /// given only points in front of it see its shadow.
   void add(std::span<const Vec3> polygon, std::size_t group, const Vec3* normal);
+  ShadowShare(const ShadowShare&) = delete;  // its shadows point into it
 
   struct Points {
     std::array<std::vector<double>, 4> columns;  ///< x, y, z, weight
@@ -46,12 +47,10 @@ class ShadowShare {
  private:
   bool triangle_;
   Vec3 origin_, u_, v_, normal_, dual_u_, dual_v_;
-  struct Shadow {
-    std::vector<double> u, v, h;  // of corners; h is the height over q
-    std::array<double, 4> plane;  // normal and offset
-    std::size_t group;
-  };
-  std::vector<Shadow> shadows_;
+  std::array<double, kMostCorners> u_of_, v_of_, h_of_;  // of corners; h is the height over q
+  std::array<std::array<double, 4>, kMost> planes_;      // normal and offset
+  std::array<ShadowCorners, kMost> shadows_;
+  std::size_t corners_ = 0, count_ = 0;
 };
 
 }  // namespace radiosity

