@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <numbers>
+
 #include "pair_kernels.hpp"
 #include "vectors.hpp"
 
 namespace radiosity {
 namespace {
-
-constexpr double kPerPi = 0.318309886183790671538;
 
 // Σ_k K_k t^k of K(t) along an axis, times s₀², of K = N(t) / s(t)², N = n₀ + n₁ t, s = s₀ (1 + a t + b t²).
 inline Doubles second(const Doubles& n0, const Doubles& n1, const Doubles& a, const Doubles& b) {
@@ -101,7 +101,7 @@ struct Pairs {
       constexpr std::size_t kFirst = kColumns + 4 * kGaussPoints;
       area = select(least, product(kFirst, points_p, kFirst, points_q), area);
     }
-    const Doubles scaled = area * kPerPi;
+    const Doubles scaled = area * std::numbers::inv_pi;
     return select(far | middle | least, max(scaled, 0), area);
   }
 };

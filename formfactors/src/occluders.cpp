@@ -450,8 +450,7 @@ bool Occluders::hides(const Convex& polygon, std::span<const Vec3> p, std::span<
       const double hy = polygon.normal.dot(y) - polygon.offset;
       if (hx * hy >= 0) return false;
       const Vec3 cut = x + hx / (hx - hy) * (y - x);
-      const auto [first, count] =
-          polygon.angles.empty() ? Edges{0, corners} : edges_near(polygon, std::span(&cut, 1));
+      const auto [first, count] = edges_near(polygon, std::span(&cut, 1));
       for (std::size_t e = 0, k = first; e < count; ++e) {
         if (polygon.inward[k].dot(cut - polygon.corners[k]) < 0) return false;
         k = k + 1 == corners ? 0 : k + 1;
@@ -521,10 +520,8 @@ bool Occluders::facet_hides(std::span<const int> pieces, std::span<const Vec3> p
   for (const int o : pieces) {
     const Convex& piece = polygons_[static_cast<std::size_t>(o)];
     part = whole;
-    for (std::size_t k = 0; k < piece.corners.size() && !part.empty(); ++k) {
-      const Vec3 out = (piece.corners[(k + 1) % piece.corners.size()] - piece.corners[k]).cross(piece.normal);
-      keep_below(part, out, out.dot(piece.corners[k]), inside);
-    }
+    for (std::size_t k = 0; k < piece.corners.size() && !part.empty(); ++k)
+      keep_below(part, -piece.inward[k], -piece.inward[k].dot(piece.corners[k]), inside);
     if (part.size() >= 3) covered += twice_area(part);
   }
   return covered >= (1 - tolerance::kGrazed) * twice_area(whole);

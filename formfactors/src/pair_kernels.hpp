@@ -58,16 +58,24 @@ struct ShadowCorners {
 };
 inline constexpr std::size_t kMostShadows = 8, kMostShadowCorners = 16;
 
+/// PatchColumns::mutual_areas of a patch, `p` with kLanes between its columns, and all of some blocks.
+using MutualAreas = void(const double* p, std::size_t points_p, const double* data, const ColumnBlock* block,
+                         const ColumnBlock* end, double* areas);
+
+/// ShadowShare::add_to of kLanes points.
+using Shadows = void(const double* const* points, const double* normal, const ShadowFrame& q,
+                     const ShadowCorners* shadows, std::size_t count, double* const* answers);
+
 /// The code for one level of processors. All of them give the same bits.
 struct PairKernels {
   std::string_view level;
 
-  /// PatchColumns::mutual_areas of a patch, `p` with kLanes between its columns, and all of some blocks.
-  void (*mutual_areas)(const double* p, std::size_t points_p, const double* data, const ColumnBlock* block,
-                       const ColumnBlock* end, double* areas);
+  MutualAreas* mutual_areas;
 
   /// ∫ ∫_f ln|x − y| |dy| |dx| over the part of length h about `middle` of an edge, by 8 points x; the inner integral, over an edge of
-  /// this length from `start`, is closed.
+  /// this length from `start`, is closed:
+  ///   w ln √(w² + d²) + p ln √(p² + d²) − l + d · (the angle under which x sees f),
+  /// where p and w = l − p are the parts of f before and after the foot of x, and d is the distance from its line.
   double (*edge_pair)(const double* middle, const double* direction, double h, const double* start,
                       const double* line, double length);
 
@@ -77,11 +85,7 @@ struct PairKernels {
   /// Kernel cosθ cosθ' / (π r²) summed over two rules, up to its sign. Points behind the other plane do not occur here.
   double (*quadrature)(const RuleColumns& p, const RuleColumns& q);
 
-  /// ShadowShare::add_to of kLanes points.
-  void (*shadows_on_parallelogram)(const double* const* points, const double* normal, const ShadowFrame& q,
-                                   const ShadowCorners* shadows, std::size_t count, double* const* answers);
-  void (*shadows_on_triangle)(const double* const* points, const double* normal, const ShadowFrame& q,
-                              const ShadowCorners* shadows, std::size_t count, double* const* answers);
+  Shadows *shadows_on_parallelogram, *shadows_on_triangle;
 };
 
 /// Those that this processor can run, the fastest last.
@@ -91,12 +95,8 @@ const PairKernels& pair_kernel();
 
 #ifdef RADIOSITY_KERNEL
 namespace RADIOSITY_KERNEL {
-void mutual_areas(const double* p, std::size_t points_p, const double* data, const ColumnBlock* block,
-                  const ColumnBlock* end, double* areas);
-void shadows_on_parallelogram(const double* const* points, const double* normal, const ShadowFrame& q,
-                              const ShadowCorners* shadows, std::size_t count, double* const* answers);
-void shadows_on_triangle(const double* const* points, const double* normal, const ShadowFrame& q,
-                         const ShadowCorners* shadows, std::size_t count, double* const* answers);
+MutualAreas mutual_areas;
+Shadows shadows_on_parallelogram, shadows_on_triangle;
 extern const PairKernels pair_kernels;
 }  // namespace RADIOSITY_KERNEL
 #endif

@@ -29,12 +29,22 @@ std::int64_t shortest_dual(std::int64_t n, std::int64_t g) {
   }
 }
 
-// Points (k + ½) (1, g) / n modulo 1.
+// Calls f(u, v) for the points (k + ½) (1, g) / n modulo 1, in units of 1 / (2 n).
+template <class F>
+void for_each_in_lattice(std::int64_t n, std::int64_t g, F&& f) {
+  for (std::int64_t u = 1, v = g; u < 2 * n; u += 2) {
+    f(u, v);
+    v += 2 * g;
+    if (v >= 2 * n) v -= 2 * n;
+  }
+}
+
 Points lattice(std::int64_t n, std::int64_t g) {
   Points points;
-  for (std::int64_t u = 1; u < 2 * n; u += 2)
-    points.push_back({static_cast<double>(u) / static_cast<double>(2 * n),
-                      static_cast<double>(g * u % (2 * n)) / static_cast<double>(2 * n)});
+  const auto scaled = [&](std::int64_t x) { return static_cast<double>(x) / static_cast<double>(2 * n); };
+  for_each_in_lattice(n, g, [&](std::int64_t u, std::int64_t v) {
+    points.push_back({scaled(u), scaled(v)});
+  });
   return points;
 }
 
@@ -75,7 +85,8 @@ Points on_square(std::int64_t n) {
   double least = std::numeric_limits<double>::infinity();
   for (const std::int64_t g : generators(n, std::max(kFewAsked, 65536 / n))) {
     double mixed = 0;
-    for (std::int64_t u = 1; u < 2 * n; u += 2) mixed += static_cast<double>((u - n) * (g * u % (2 * n) - n));
+    for_each_in_lattice(
+        n, g, [&](std::int64_t u, std::int64_t v) { mixed += static_cast<double>((u - n) * (v - n)); });
     if (std::abs(mixed) < least) {
       least = std::abs(mixed);
       best = g;

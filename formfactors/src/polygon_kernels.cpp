@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <limits>
+#include <numbers>
+
 #include "pair_kernels.hpp"
 #include "vectors.hpp"
 
 namespace radiosity {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kSmallest = 0x1p-1022;  // of normal numbers
+constexpr double kSmallest = std::numeric_limits<double>::min();  // of normal numbers
 
 // Gauss–Legendre rule of 8 points on [−1, 1].
 constexpr double kGaussX[kLanes]{-0.9602898564975363, -0.7966664774136267, -0.5255324099163290,
@@ -118,7 +120,7 @@ double quadrature(const RuleColumns& p, const RuleColumns& q) {
       sum += p.columns[3 * p.stride + i] * load(q.columns + 3 * q.stride + k) * cosines / (s * s);
     }
   }
-  return sum_of(sum) / kPi;
+  return sum_of(sum) / std::numbers::pi;
 }
 
 }  // namespace

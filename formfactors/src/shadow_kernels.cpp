@@ -86,7 +86,7 @@ inline Doubles along_edge(const Kernel<kTriangle>& kernel, const Doubles& u0, co
   // And there neither below q nor above it: both heights over its sides are linear along the edge.
   const Doubles low = v0 + 0.5, high = kTriangle ? u0 - v0 : 0.5 - v0;
   const Doubles cross_low = -low * per_low, cross_high = -high * per_high;
-  const Longs low_rises = (low_slope > 0), high_rises = high_slope > 0;
+  const Longs low_rises = low_slope > 0, high_rises = high_slope > 0;
   const Doubles from = max(select(low_rises, cross_low, begin), select(high_rises, cross_high, begin));
   const Doubles to = min(select(low_rises, end, cross_low), select(high_rises, end, cross_high));
   const Doubles enter = min(max(from, begin), end);

@@ -149,33 +149,22 @@ inline std::uint32_t lane_bits(const Vector<T>& mask) {
   constexpr std::size_t kPartLanes = kBytes / sizeof(T);
   std::uint32_t bits = 0;
   for (std::size_t k = 0; k < kParts; ++k) {
+    constexpr bool kShort = sizeof(T) == sizeof(float);
     std::uint32_t part = 0;
-    if constexpr (sizeof(T) == sizeof(float)) {
 #if defined(__AVX512F__)
-      part = __builtin_ia32_cvtd2mask512(mask.part[k]);
+    part = kShort ? __builtin_ia32_cvtd2mask512(reinterpret_cast<Ints::Part>(mask.part[k]))
+                  : __builtin_ia32_cvtq2mask512(reinterpret_cast<Vector<long long>::Part>(mask.part[k]));
 #elif defined(__AVX__)
-      part = static_cast<std::uint32_t>(
-          __builtin_ia32_movmskps256(reinterpret_cast<Floats::Part>(mask.part[k])));
+    part = static_cast<std::uint32_t>(
+        kShort ? __builtin_ia32_movmskps256(reinterpret_cast<Floats::Part>(mask.part[k]))
+               : __builtin_ia32_movmskpd256(reinterpret_cast<Doubles::Part>(mask.part[k])));
 #elif defined(__SSE2__)
-      part =
-          static_cast<std::uint32_t>(__builtin_ia32_movmskps(reinterpret_cast<Floats::Part>(mask.part[k])));
+    part = static_cast<std::uint32_t>(
+        kShort ? __builtin_ia32_movmskps(reinterpret_cast<Floats::Part>(mask.part[k]))
+               : __builtin_ia32_movmskpd(reinterpret_cast<Doubles::Part>(mask.part[k])));
 #else
-      for (std::size_t n = 0; n < kPartLanes; ++n) part |= (mask.part[k][n] & 1U) << n;
+    for (std::size_t n = 0; n < kPartLanes; ++n) part |= static_cast<std::uint32_t>(mask.part[k][n] & 1) << n;
 #endif
-    } else {
-#if defined(__AVX512F__)
-      part = __builtin_ia32_cvtq2mask512(reinterpret_cast<Vector<long long>::Part>(mask.part[k]));
-#elif defined(__AVX__)
-      part = static_cast<std::uint32_t>(
-          __builtin_ia32_movmskpd256(reinterpret_cast<Doubles::Part>(mask.part[k])));
-#elif defined(__SSE2__)
-      part =
-          static_cast<std::uint32_t>(__builtin_ia32_movmskpd(reinterpret_cast<Doubles::Part>(mask.part[k])));
-#else
-      for (std::size_t n = 0; n < kPartLanes; ++n)
-        part |= static_cast<std::uint32_t>(mask.part[k][n] & 1) << n;
-#endif
-    }
     bits |= part << (k * kPartLanes);
   }
   return bits;
